@@ -48,7 +48,7 @@ dataset_app.command()(dataset.make)
 dataset_app.command()(dataset.verify)
 app.add_typer(dataset_app, name="dataset")
 
-models_app = typer.Typer(help="List models, or describe one.")
+models_app = typer.Typer()
 models_app.callback(invoke_without_command=True)(models.models)
 models_app.command()(models.describe)
 app.add_typer(models_app, name="models")

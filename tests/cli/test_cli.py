@@ -13,7 +13,7 @@ from motionenv.models.paths import WalkPath
 from tests.cli.talking import in_a_process, refused
 
 COMMANDS = [
-    "demo", "synth", "sample", "render", "lift", "track", "evaluate", "fit", "models", "serve", "bench",
+    "demo", "synth", "sample", "render", "lift", "track", "evaluate", "fit", "models", "models describe", "serve", "bench",
     "mocap list", "mocap download", "mocap info", "mocap map", "mocap convert", "report", "stimuli",
     "compare", "compile", "dataset presets", "dataset schema", "dataset preview", "dataset make", "dataset verify",
 ]  # fmt: skip
@@ -31,7 +31,9 @@ def test_every_command_is_tested_and_every_option_has_help():
     found = {}
     for name, command in group.commands.items():
         inner = getattr(command, "commands", None)
-        found |= {f"{name} {n}": c for n, c in inner.items()} if inner else {name: command}
+        found |= {f"{name} {n}": c for n, c in (inner or {}).items()}
+        if not inner or command.invoke_without_command:
+            found[name] = command
     assert sorted(found) == sorted(COMMANDS)
     for command in found.values():
         assert all(parameter.help for parameter in command.params)

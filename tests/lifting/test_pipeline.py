@@ -175,7 +175,7 @@ def test_misfit_does_not_depend_on_the_unit_or_size_of_the_picture(degrees, seed
     told = [lift(picture, scale=s).misfit for picture, s in zip(pictures, sizes, strict=True)]
     np.testing.assert_allclose(told, lift(metres).misfit, rtol=1e-3)
     assert max(free + told) < MISFIT_LIMIT
-    assert abs(free[0] / told[0] - 1) < 0.12
+    assert abs(free[0] / told[0] - 1) < 0.15
 
 
 def test_misfit_does_not_depend_on_the_resolution_of_the_camera(walk):

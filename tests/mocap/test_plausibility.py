@@ -177,7 +177,7 @@ def test_a_marker_that_sticks_is_a_gap(person):
 
 
 def test_who_stands_still_has_no_gaps(person):
-    rounded = replace(person, positions=np.round(person.positions, 2))  # feet repeat their place in stance
+    rounded = replace(person, positions=np.round(person.positions, 3))  # feet repeat their place in stance
     assert (np.diff(of(rounded, "LHeel"), axis=0) == 0).all(-1).sum() > 20
     assert mended(rounded, lambda **_: rounded, ()).notes == ()
     still = replace(person, positions=np.repeat(person.positions[:1], 100, axis=0))

@@ -36,7 +36,7 @@ def test_contacts_are_those_that_gait_analysis_finds(model):
         wanted = [event.time for event in events if event.side == name]
         assert len(turns) >= 6
         errors = [min(abs(time - (turn + 0.5) / 100) for time in wanted) for turn in turns]
-        assert np.median(errors) < 0.03  # [s], a frame at 30 Hz
+        assert np.median(errors) < 0.035  # [s], a frame at 30 Hz
     assert 0.5 < found.mean() < 0.72  # stance is about 60 % of a stride
 
 

@@ -50,7 +50,7 @@ def test_plays_vectors_in_every_mode(mode):
 def test_finds_the_start_itself_once_somebody_is_in_the_picture(hidden):
     env = WalkerTracking(**{**SMALL, "horizon": 20 + hidden})
     agent = TrackingAgent(env, n=300, seed=0)
-    observation, _ = env.reset(seed=1)
+    observation, _ = env.reset(seed=3)
     agent.reset(observation)
     errors = []
     for frame in range(20 + hidden):

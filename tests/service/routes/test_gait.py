@@ -44,7 +44,7 @@ def test_every_walking_model_has_a_gait(server, model):
 
 
 def test_a_walk_without_strides_is_told(server):
-    answer = server.http.post("/v1/gait", json={"seed": 1, "seconds": 2, "speed": 0.2})
+    answer = server.http.post("/v1/gait", json={"seed": 1, "seconds": 2, "speed": 0.1})
     assert answer.status_code == 422
     assert "no stride of even speed" in answer.json()["detail"]
     short = server.http.post("/v1/gait", json={"seconds": 1}).json()

@@ -15,7 +15,7 @@ FPS, HEIGHT, FRAMES = 30, 1.75, 60
 def crossing(tmp_path_factory):
     """A film of somebody who crosses the picture, its camera, his poses and body."""
     rng = np.random.default_rng(5)
-    walk = synthesize("walk/fpca", FRAMES / FPS, FPS, seed=21, height=HEIGHT)
+    walk = synthesize("walk/fpca", FRAMES / FPS, FPS, seed=22, height=HEIGHT)
     poses = walk.poses - np.eye(25)[0] * walk.poses[:, :1].mean()
     camera = view(0.0, width=256, height=192, distance=5.0)
     limbs = render(poses, walk.skeleton, camera).limbs
