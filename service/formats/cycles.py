@@ -9,11 +9,11 @@ from service.formats import JSON, NPY, dumps
 from service.formats.parameters import MEDIA_TYPE, packed
 
 
-def encoded(cycle: Cycle, model: str, media_type: str) -> bytes:
-    """A cycle of the model of this name in one of the formats of `POST /v1/cycles`."""
+def encoded(cycle: Cycle, deviations: np.ndarray, model: str, media_type: str) -> bytes:
+    """A cycle of a walker with `deviations` (q,) of a model, in one of the formats of `POST /v1/cycles`."""
     arrays = {
         "markers": cycle.markers, "poses": cycle.poses, "standing": cycle.standing, "contacts": cycle.contacts,
-        "offsets": cycle.body.offsets, "radii": cycle.body.radii,
+        "deviations": deviations, "offsets": cycle.body.offsets, "radii": cycle.body.radii,
     }  # fmt: skip
     numbers = {"stride": cycle.stride, "seconds": cycle.seconds, "height": cycle.body.height}
     if media_type == JSON:

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 from fastapi import APIRouter, Request
 from starlette.responses import Response
 
@@ -42,13 +43,19 @@ async def walk_in_place(request: Request, asked: CycleRequest) -> Response:
         headers["Motion-Warning"] = warning
     if caching.etag_matches(request, headers["ETag"]):
         return caching.not_modified(headers)
-    body = await service.worker_pool.run(lambda: encoded(_made(model, asked), asked.model, media_type))
+    body = await service.worker_pool.run(lambda: encoded(*_made(model, asked), asked.model, media_type))
     return Response(body, headers=headers, media_type=media_type)
 
 
-def _made(model: GaitModel, asked: CycleRequest) -> Cycle:
-    walker = None if asked.seed is None else model.walker(asked.seed)
-    how = asked.model_dump(include={"deviations", "scores", "speed", "height", "samples"})
+def _made(model: GaitModel, asked: CycleRequest) -> tuple[Cycle, np.ndarray]:
+    """The stride, and the walker's deviations (q,); a seed draws who `POST /v1/synthesis` draws with it."""
     if model.treadmill() is None:
         raise Problem(422, f"{asked.model} makes no cycles in place", field="/model")
-    return cycle(model, walker=walker, **how)
+    components = model.components()
+    if asked.seed is not None:
+        walker = model.draw_walker(np.random.default_rng(asked.seed), asked.speed, asked.height)
+    else:
+        given = asked.deviations or () if asked.scores is None else None
+        walker = model.walker(deviations=given, scores=asked.scores)
+    made = cycle(model, walker=walker, **asked.model_dump(include={"speed", "height", "samples"}))
+    return made, (np.array(walker.scores) - components.means) / components.deviations

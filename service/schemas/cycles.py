@@ -43,6 +43,10 @@ class CycleResponse(BaseModel):
     contacts: list[float] = Field(
         min_length=2, max_length=2, description="Phases [cycles] at which the left and the right foot take the weight."
     )
+    deviations: list[float] = Field(
+        description="Who walks, in standard deviations from the average along each component; at another speed and "
+        "height than the walker's own it is still this walker."
+    )
     markers: list[Markers] = Field(description="Positions of the 15 markers at each phase [m]; null where unknown.")
     poses: list[Row25] = Field(description="Pose at each phase [m, rad], as of `POST /v1/synthesis`.")
     standing: list[list[float]] = Field(description="How much the left and the right foot carry, from 0 to 1.")

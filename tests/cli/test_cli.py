@@ -13,8 +13,8 @@ from motionenv.models.paths import WalkPath
 from tests.cli.talking import in_a_process, refused
 
 COMMANDS = [
-    "demo", "synth", "sample", "render", "lift", "track", "evaluate", "fit", "models", "models describe", "serve", "bench",
-    "mocap list", "mocap download", "mocap info", "mocap map", "mocap convert", "report", "stimuli",
+    "demo", "synth", "sample", "render", "lift", "track", "evaluate", "fit", "models", "models describe", "serve",
+    "bench", "mocap list", "mocap download", "mocap info", "mocap map", "mocap convert", "report", "stimuli",
     "compare", "compile", "dataset presets", "dataset schema", "dataset preview", "dataset make", "dataset verify",
 ]  # fmt: skip
 

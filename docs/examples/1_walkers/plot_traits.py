@@ -19,11 +19,11 @@ for trait in traits.values():
 
 # %%
 # Two standard deviations along each trait to either side of the average person. Bounce is left out, as a still doesn't
-# show it. A trait changes whatever goes with its feature in the model: people who walk faster also swing their arms
-# more, and those who lean back take longer steps.
+# show it. A trait changes whatever goes with its feature in the model, but not speed: all walk at the mean pace of
+# people, unless ``speed=`` says otherwise.
 
-views = {"pace": 0, "arm swing": 0, "lean": 0, "arm spread": 90, "step width": 90}  # degrees
-figure, axes = plt.subplots(2, len(views), figsize=(9, 5.8), layout="constrained")
+views = {"arm swing": 0, "lean": 0, "arm spread": 90, "step width": 90}  # degrees
+figure, axes = plt.subplots(2, len(views), figsize=(7.2, 5.8), layout="constrained")
 for column, (name, degrees) in zip(axes.T, views.items(), strict=True):
     trait = traits[name]
     for axis, amount, word in zip(column, (-2, 2), (trait.low, trait.high), strict=True):

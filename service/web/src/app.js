@@ -11,7 +11,7 @@ import { Stage } from "./stage/stage.js";
 import { GaitDialogue } from "./gait/dialogue.js";
 import { gaitOf } from "./api/requests.js";
 import { History } from "./controls/history.js";
-import { drawn, enter, FLAGS, fresh, fromLink, level, link } from "./state.js";
+import { drawn, enter, FLAGS, fresh, fromLink, level, link, settled } from "./state.js";
 import { captureOf } from "./capture/recall.js";
 import { strideOf } from "./api/strides.js";
 import { settingsOf } from "./walkers/in_place.js";
@@ -241,7 +241,7 @@ export class App {
   /** A random walker. */
   draw(seed) {
     this.history.remember(this.state, true);
-    drawn(this.one, seed, this.parameters.components);
+    drawn(this.one, seed);
     this.anew();
   }
 
@@ -263,7 +263,7 @@ export class App {
     this.history.remember(this.state, true);
     const { people } = this.state;
     if (people.length > 1) people.length = 1;
-    else people.push(drawn({ ...people[0] }, people[0].seed + 1, this.parameters.components));
+    else people.push(drawn({ ...people[0] }, people[0].seed + 1));
     this.state.chosen = people.length - 1;
     this.cycles[1] = this.cycles[0];
     this.people();
@@ -317,7 +317,7 @@ export class App {
       state.stimulus = stimulus;
       this.write();
     };
-    const people = state.people.map((one) => settingsOf(state.model, this.parameters, one));
+    const people = state.people.map((one, i) => settingsOf(state.model, this.parameters, settled({ ...one }, walkers[i].cycle)));
     this.stimuli = new StimulusDialogue({ walkers, people, first: state.chosen, stimulus: state.stimulus, paused, changed });
     this.stimuli.open();
     this.write();

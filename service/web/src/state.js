@@ -1,7 +1,6 @@
 // The state of the page, and its encoding as a link.
 
 import { parsed, plain, SETTINGS } from "./stimuli/settings.js";
-import { normals } from "./walkers/random.js";
 
 export const LIMIT = 3; // standard deviations to either side
 
@@ -12,9 +11,10 @@ const FAR = 1e4; // greatest number of a view
 const TEMPERATURE = 0.05; // default for trees
 const person = () => ({
   deviations: [],
+  drawn: false, // whether the service draws the person with the seed, as everywhere; then there are no deviations
   held: [], // sliders whose values stay: t0 is the first trait, c0 the first component
   of: null, // the model of deviations and held; null is the one that the state names
-  elsewhere: {}, // deviations and held in other models, by their names
+  elsewhere: {}, // deviations, drawn and held in other models, by their names
   speed: null,
   height: null,
   activity: null,
@@ -57,6 +57,7 @@ export function link(state) {
   state.people.forEach((one, i) => {
     const mark = i === 0 ? "" : "2";
     if (one.deviations.some((d) => d !== 0) || i > 0) fields.set(`walker${mark}`, one.deviations.map(short).join(","));
+    if (one.drawn) fields.set(`drawn${mark}`, "1");
     if (one.held.length) fields.set(`held${mark}`, one.held.join(","));
     if (one.speed !== null) fields.set(`speed${mark}`, short(one.speed));
     if (one.height !== null) fields.set(`height${mark}`, short(one.height));
@@ -85,8 +86,8 @@ function stimulusFrom(fields) {
 /** A person who enters a model: with the deviations that were set there, and with nothing that it doesn't have. */
 export function enter(one, name, { components, traits, activities }) {
   if (one.of !== null && one.of !== name) {
-    const { deviations, held } = one;
-    one.elsewhere = { ...one.elsewhere, [one.of]: { deviations, held } };
+    const { deviations, drawn, held } = one;
+    one.elsewhere = { ...one.elsewhere, [one.of]: { deviations, drawn, held } };
     Object.assign(one, one.elsewhere[name] ?? { deviations: [], held: [] });
   }
   one.of = name;
@@ -97,10 +98,21 @@ export function enter(one, name, { components, traits, activities }) {
   return one;
 }
 
-/** A person drawn at random with a `seed`, in a model of `components` components. */
-export function drawn(one, seed, components) {
-  const within = (d) => Math.round(100 * Math.min(LIMIT, Math.max(-LIMIT, d))) / 100;
-  return Object.assign(one, { seed, held: [], deviations: normals(seed, components).map(within) });
+/** A person whom the service draws with a `seed`: the same who walks over HTTP and in Python. */
+export const drawn = (one, seed) => Object.assign(one, { seed, drawn: true, held: [], deviations: [], speed: null, height: null });
+
+/** A drawn person with settings of its own, as they are in a stride; from then on sliders move them. */
+export function settled(one, { deviations, stride, seconds, height }) {
+  if (!one.drawn || !deviations) return one;
+  const round = (value) => Math.round(100 * value) / 100;
+  const within = (d) => round(Math.min(LIMIT, Math.max(-LIMIT, d)));
+  const { speed = null, height: tall = null } = one;
+  return Object.assign(one, {
+    drawn: false,
+    deviations: Array.from(deviations, within),
+    speed: speed ?? round(stride / seconds),
+    height: tall ?? round(height),
+  });
 }
 
 /** Make a person average in the present model. */
@@ -110,6 +122,7 @@ function personFrom(fields, mark) {
   const one = person();
   const given = fields.get(`walker${mark}`);
   if (given) one.deviations = given.split(",").slice(0, 64).map((d) => number(d, -LIMIT, LIMIT, 0));
+  one.drawn = !given && fields.get(`drawn${mark}`) === "1";
   const held = (fields.get(`held${mark}`) ?? "").split(",");
   one.held = [...new Set(held.filter((slider) => /^[tc]\d{1,2}$/.test(slider)))];
   if (fields.has(`speed${mark}`)) one.speed = number(fields.get(`speed${mark}`), 0.3, 2.6, null);

@@ -22,8 +22,9 @@ def test_keys_work_where_no_field_is_in_use(shown):
     assert shown.ask("motionenv.state.figure") == "points"
     press("1")
     press("n")
-    assert any(shown.ask("motionenv.one.deviations"))
+    assert shown.ask("motionenv.one.drawn")
     press("r")
+    assert not shown.ask("motionenv.one.drawn")
     assert shown.ask("motionenv.one.deviations") == []
     press("c")
     assert shown.ask("motionenv.walkers.length") == 2
@@ -103,9 +104,13 @@ def test_sliders_move_by_keyboard(shown):
     shown.page.keyboard.press("End")
     assert shown.ask("document.querySelector('#traits output').textContent").startswith("+")
     assert shown.ask("document.querySelector('#traits input').getAttribute('aria-valuetext')").startswith("+")
-    shown.until("motionenv.walkers[0].speed > 1.5")
+    bouncy = "Math.max(...[0, 24, 48, 72].map((i) => motionenv.walkers[0].cycle.poses[25 * i + 2]))"
+    shown.until("!motionenv.walkers[0].asking")
+    high = shown.ask(bouncy)
     shown.page.keyboard.press("Home")
-    shown.until("motionenv.walkers[0].speed < 0.6")
+    shown.until("!motionenv.walkers[0].asking && motionenv.one.deviations.some((d) => d < 0)")
+    shown.until(f"{bouncy} !== {high}")
+    assert shown.ask("motionenv.walkers[0].speed") == pytest.approx(1.32), "style doesn't change speed"
 
 
 def test_who_wants_no_motion_gets_none(browser, server):

@@ -10,7 +10,7 @@ from motionenv.models import cycle
 from service.formats.parameters import MEDIA_TYPE
 from tests.service.waiting import until
 
-NAMES = {"markers", "poses", "standing", "contacts", "offsets", "radii", "stride", "seconds", "height"}
+NAMES = {"markers", "poses", "standing", "contacts", "offsets", "radii", "stride", "seconds", "height", "deviations"}
 
 
 def post(server, accept="application/json", **asked):
@@ -46,6 +46,21 @@ def test_a_seed_draws_the_walker_and_without_any_it_is_the_average(server):
     drawn = cycle(model, walker=model.walker(7))
     np.testing.assert_array_equal(post(server, seed=7).json()["poses"], drawn.poses)
     np.testing.assert_array_equal(post(server).json()["poses"], cycle(model).poses)
+    assert post(server).json()["deviations"] == [0] * 8
+    np.testing.assert_allclose(post(server, deviations=[1.5]).json()["deviations"], [1.5, *[0] * 7], atol=1e-12)
+
+
+@pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers", "walk/prior"])
+@pytest.mark.parametrize("how", [{}, {"speed": 1.6}, {"height": 1.5}])
+def test_a_seed_draws_who_walks_over_the_ground(server, model, how):
+    told = post(server, model=model, seed=5, **how).json()
+    walk = motionenv.synthesize(model, 8, 60, seed=5, variation=0.0, **how)
+    assert told["height"] == pytest.approx(walk.skeleton.height, rel=1e-9)
+    speed = (walk.poses[-1, 0] - walk.poses[0, 0]) * 60 / 479
+    assert told["stride"] / told["seconds"] == pytest.approx(speed, rel=0.04)  # 8 s aren't whole strides
+    again = post(server, model=model, deviations=told["deviations"], speed=speed, height=told["height"]).json()
+    knees = np.array([(np.array(one["poses"])[:, [20, 24]]) for one in (told, again)])
+    assert np.abs(knees[0] - knees[1]).max() < np.radians(12)  # the same style
 
 
 def test_the_same_stride_is_not_sent_again(server):

@@ -2,9 +2,8 @@
 
 import { moved } from "./holding.js";
 import { Choice, Slider } from "./widgets.js";
-import { LIMIT } from "../state.js";
+import { LIMIT, settled } from "../state.js";
 
-const PACE = "pace"; // the trait that the slider of the speed moves
 const deviation = (value) => `${value > 0 ? "+" : value < 0 ? "−" : ""}${Math.abs(value).toFixed(2)}`;
 const WALKING = {
   "pace-title": "Speed and size",
@@ -44,7 +43,7 @@ export class Controls {
     this.directions = Object.fromEntries(
       traits.map((_, i) => [`t${i}`, Array.from(arrays.traits.subarray(i * components, (i + 1) * components))]),
     );
-    return traits.flatMap(({ name, low, high, note }, i) => (name === PACE ? [] : [this.trait(`t${i}`, capital(name), low, high, note)]));
+    return traits.map(({ name, low, high, note }, i) => this.trait(`t${i}`, capital(name), low, high, note));
   }
 
   trait(id, name, low, high, note) {
@@ -70,6 +69,7 @@ export class Controls {
 
   /** Move a person along a slider's direction to `value`, as far as the held ones let it; then hold this one, too. */
   along(one, slider, value, name) {
+    settled(one, this.app.shown.cycle ?? {});
     const others = one.held.filter((other) => other !== slider);
     one.deviations = moved(one.deviations, this.directions[slider], value, others.map((other) => this.directions[other]));
     one.held = [...others, slider];
@@ -168,7 +168,8 @@ export class Controls {
       return;
     }
     for (const slider of [...this.traitsSliders, ...this.componentsSliders]) {
-      slider.show(sum(this.directions[slider.id], one.deviations)).hold(one.held.includes(slider.id));
+      const deviations = one.drawn ? (walker.cycle?.deviations ?? []) : one.deviations;
+      slider.show(sum(this.directions[slider.id], deviations)).hold(one.held.includes(slider.id));
     }
     const [speed, height] = this.paceSliders;
     speed.show(one.speed ?? (walker.speed || 1.2), one.speed !== null, walker.cyclic ? null : "its own");

@@ -10,9 +10,3 @@ export function uniform(seed) {
     return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
   };
 }
-
-/** `count` standard normal numbers (Box-Muller). */
-export function normals(seed, count) {
-  const next = uniform(seed);
-  return Array.from({ length: count }, () => Math.sqrt(-2 * Math.log(1 - next())) * Math.cos(2 * Math.PI * next()));
-}
