@@ -2,7 +2,10 @@
 
 `images/shard-000012/000000049152.png` are the pictures (in clips `..._003.png`, the frame). Everybody of whom a pixel
 is seen has an annotation, with COCO's 17 keypoints, of which our body has all but the five of the face; `markers` are
-all of our 15 in the same form. `annotations/person_keypoints.json` is put together from one part for each shard.
+all of our 15 in the same form. Beside COCO's fields, pictures have `clip` and `frame`, and the camera's `K`, `R`, `t`;
+people have their `joints` (15, 3) [m] and the number of the `walker`, as far as the specification asks for them.
+Numbers begin with 1: pycocotools takes an annotation with the number 0 for one that nothing matches.
+`annotations/person_keypoints.json` is put together from one part for each shard.
 """
 
 import json
@@ -54,12 +57,13 @@ class Coco:
         described = partial(_described, spec=spec)
         for sample, made in while_drawing(described, samples, spec.clip):
             for k, (content, people) in enumerate(made):
-                number = int(sample["index"]) * spec.clip + k
+                number = int(sample["index"]) * spec.clip + k + 1
                 end = "" if spec.clip == 1 else f"_{k:03d}"
                 name = f"{place}/{int(sample['index']):012d}{end}.{suffix}"
                 (folder / name).write_bytes(content)
                 size = {"width": spec.pictures.width, "height": spec.pictures.height}
-                part["images"].append({"id": number, "file_name": name, **size})
+                whose = {"clip": int(sample["index"]), "frame": k, **_camera(sample, k)}
+                part["images"].append({"id": number, "file_name": name, **size, **whose})
                 part["annotations"] += [
                     {"id": number * _PEOPLE + who, "image_id": number, "category_id": 1, "iscrowd": 0, **one}
                     for who, one in people
@@ -115,12 +119,29 @@ def _described(sample: Sample, spec: Specification) -> list[tuple[bytes, list[tu
     made = []
     for k in range(spec.clip):
         found = [
-            (who, _annotation(people[k] == who + 1, points[k], shown[k]))
+            (who, {**_annotation(people[k] == who + 1, points[k], shown[k]), **_of_person(sample, who, k)})
             for who, (points, shown) in enumerate(zip(pixels, seen, strict=True))
             if (people[k] == who + 1).any()
         ]
         made.append((encoded(rgb[k], spec.output.picture), found))
     return made
+
+
+def _camera(sample: Sample, frame: int) -> dict[str, list]:
+    """`K`, `R` and `t` of the camera of a frame, if the sample has them."""
+    if "K" not in sample:
+        return {}
+    return {"K": sample["K"].tolist(), "R": sample["R"].tolist(), "t": sample["t"].reshape(-1, 3)[frame].tolist()}
+
+
+def _of_person(sample: Sample, who: int, frame: int) -> dict[str, Any]:
+    """The number of the walker, who is person 0, and anybody's joints in a frame, if the sample has them."""
+    known = {"walker": int(sample["walker"])} if who == 0 else {}
+    name = "joints" if who == 0 else "others_joints"
+    if name in sample:
+        every = sample[name] if who == 0 else sample[name][who - 1]
+        known["joints"] = np.round(every.reshape(-1, 15, 3)[frame], 5).tolist()
+    return known
 
 
 def _annotation(mask: np.ndarray, pixels: np.ndarray, seen: np.ndarray) -> dict[str, Any]:

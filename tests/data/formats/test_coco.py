@@ -28,14 +28,24 @@ def made(request, tmp_path_factory):
     return spec, folder, COCO(folder / "annotations" / "person_keypoints.json")
 
 
+def lands_on(image: dict, person: dict, pixels: np.ndarray) -> bool:
+    """Whether somebody has joints; if so they are seen where the picture's camera puts them."""
+    if "joints" not in person:
+        return False
+    seen = (np.array(person["joints"]) @ np.array(image["R"]).T + image["t"]) @ np.array(image["K"]).T
+    np.testing.assert_allclose((seen / seen[:, 2:])[:, :2], pixels, atol=0.01)
+    return True
+
+
 @pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")
 def test_pycocotools_finds_the_truth(made):
     spec, folder, coco = made
-    sampler, annotated = Sampler(spec), 0
+    sampler, annotated, with_joints = Sampler(spec), 0, 0
     assert len(coco.imgs) == spec.samples * spec.clip
     for number, image in coco.imgs.items():
-        index, frame = divmod(number, spec.clip)
+        index, frame = divmod(number - 1, spec.clip)
         sample = sampler.sample(index)
+        assert (image["clip"], image["frame"]) == (index, frame)
         at = partial(shown, sample, frame if spec.clip > 1 else ...)
         assert np.array_equal(np.asarray(Image.open(folder / image["file_name"])), at("rgb"))
         for one in coco.loadAnns(coco.getAnnIds(number)):
@@ -54,9 +64,12 @@ def test_pycocotools_finds_the_truth(made):
                 knee = np.array(one["keypoints"]).reshape(17, 3)[KEYPOINTS.index("left_knee")]
                 assert np.array_equal(knee, points[MARKERS.index("left_knee")])
                 assert one["keypoints"][:15] == [0] * 15
+                assert one["walker"] == sample["walker"]
+                with_joints += lands_on(image, one, at("pixels"))
             annotated += 1
         assert len(coco.getAnnIds(number)) == len(np.unique(at("people"))) - (0 in at("people"))
     assert annotated > len(coco.imgs)  # passers-by have theirs
+    assert bool(with_joints) == ("joints" in spec.output.fields)
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
@@ -67,6 +80,9 @@ def test_the_truth_matches_itself(made):
     judged = COCOeval(coco, found, "keypoints")
     judged.evaluate()
     anywhere = judged.evalImgs[: len(coco.imgs)]  # of any size
+    judged.accumulate()
+    judged.summarize()
+    assert judged.stats[0] == 1  # AP of a perfect detector
     for one in anywhere:
         if one is not None:
             assert (one["gtMatches"][-1][~one["gtIgnore"].astype(bool)] > 0).all()  # at an OKS of 0.95
