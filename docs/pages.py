@@ -7,6 +7,7 @@ from pathlib import Path
 
 import gymnasium
 import licences
+import numpy as np
 
 import motionenv
 import motionenv.envs  # registers the environments
@@ -128,7 +129,8 @@ def walker() -> None:
     embed.mkdir(exist_ok=True)
     shutil.copy(DOCS.parent / "service" / "web" / "dist" / "embed.js", embed)
     parameters = packed(*motionenv.models.parameters("walk/fpca"))
-    stride = encoded(cycle("walk/fpca", speed=1.3, height=1.75), "walk/fpca", MEDIA_TYPE)
+    average = np.zeros(len(motionenv.load("walk/fpca").components()))
+    stride = encoded(cycle("walk/fpca", speed=1.3, height=1.75), average, "walk/fpca", MEDIA_TYPE)
     looks = "".join(f"<option value={value}>{name}</option>" for value, name in LOOKS.items())
     (MADE / "walker.html").write_text(
         f"<div class=walker data-parameters='{base64.b64encode(parameters).decode()}'"
