@@ -4,7 +4,7 @@ How many components do gait cycles need?
 
 More components always fit the cycles better that they were fitted to. What counts is people whom the model hasn't seen:
 `n_components="likelihood"` leaves people out in folds, and takes the number with which their cycles are most likely.
-Twenty people's walks are made here, and measured with errors of 2°; use your own cycles in their place.
+Thirty people's walks are made here, and measured with errors of 2°; use your own cycles in their place.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 import motionenv
 from motionenv.models.fpca import plots
 
-seeds, rng = range(20), np.random.default_rng(0)
+seeds, rng = range(30), np.random.default_rng(0)
 people = [motionenv.synthesize("walk/fpca", seconds=5, fps=60, seed=seed).angles for seed in seeds]
 measured = [angles + np.radians(2) * rng.standard_normal(angles.shape) for angles in people]
 cycles = motionenv.segment(measured, fps=60, subjects=[str(seed) for seed in seeds])
