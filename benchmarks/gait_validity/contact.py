@@ -6,6 +6,9 @@ The knee's flexion at initial contact; the phase of contact, from when that ankl
 [cycles]; the range of the forward speed of the pelvis within a stride; the slip of the ball of the foot that alone
 bears the body, 95 % of strides; and by how much a "straight" walk of 20 s ends beside its direction. Drawn people walk
 at their own pace and at those of the bins in which captured people are grouped, each trial of the CMU set by its speed.
+
+A last table says what two harmonics leave, up to the eighth, of the paths of markers of people left out, and what the
+others' average walker, in proportion to strides, leaves of that.
 """
 
 import warnings
@@ -20,7 +23,11 @@ from benchmarks.gait_validity.__main__ import FPS, KNEES, slips_of, strides_of
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import NODES
 from motionenv.errors import ExtrapolationWarning
-from motionenv.models.training import read_walks
+from motionenv.models.eigenwalkers.extraction import fourier_walker
+from motionenv.models.eigenwalkers.fourier_series import HIGHER, stride_lengths
+from motionenv.models.eigenwalkers.table import Table, mean_higher
+from motionenv.models.eigenwalkers.table import read_walks as read_table
+from motionenv.models.training import Walks, read_walks
 from motionenv.types import Motion
 
 SECONDS, LONG = 8.0, 20.0  # [s]
@@ -66,6 +73,19 @@ def of_model(name: str, people: int, speed: float | None) -> tuple[np.ndarray, f
     return np.array(rows), float(np.nanpercentile(slips, 95)), np.array(veers)
 
 
+def left_by_harmonics(walks: Walks) -> tuple[float, float]:
+    """Root mean squares [mm] over people of higher harmonics: as they are, and less those of the others' average."""
+    table, who = read_table([fourier_walker(one) for one in walks.markers], walks.subjects), np.array(walks.subjects)
+    errors = []
+    for person in np.unique(who):
+        out = who == person
+        others = Table(table.rows[~out], table.frequencies[~out], tuple(who[~out]), table.higher[~out])
+        own, strides = table.higher[out], stride_lengths(table.rows[out])[:, None, None, None]
+        errors.append([np.nanmean(own**2), np.nanmean((own - strides * mean_higher(others)) ** 2)])
+    # Each harmonic has a sine and a cosine, whose squares are half of their amplitudes' over time.
+    return tuple(1000 * np.sqrt(len(HIGHER) * np.mean(errors, axis=0)))
+
+
 def row(label: str, values: np.ndarray, people: str, slip: str, veer: str) -> str:
     """One line of the table."""
     knee, phase, spread, speed = values.mean(axis=0)
@@ -94,6 +114,9 @@ def main() -> None:
             values, slip, veers = of_model(name, asked.people, speed)
             veer = f"{veers.min():+.1f} to {veers.max():+.1f}°, mean {veers.mean():+.2f}°"
             print(row(name, values, str(asked.people), f"{100 * slip:.1f}", veer))
+    two, rest = left_by_harmonics(walks)
+    print(f"\n| paths of markers, people left out | rms [mm] |\n|-|-|\n| less two harmonics | {two:.1f} |")
+    print(f"| and less the others' higher ones | {rest:.1f} |")
 
 
 if __name__ == "__main__":

@@ -13,13 +13,9 @@ BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "0.35"  # apart for colour-blind eyes
 
 
 def new_figure(
-    rows: int,
-    columns: int,
-    size: tuple[float, float],
-    *,
-    sharex: bool = True,
+    rows: int, columns: int, size: tuple[float, float], *, sharex: bool = True,
     sharey: Literal["none", "row", "col"] = "row",
-) -> "tuple[Figure, np.ndarray]":
+) -> "tuple[Figure, np.ndarray]":  # fmt: skip
     """A figure that pyplot knows nothing of, so that no state is shared, and its axes (`rows`, `columns`).
 
     `size` is (width, height) [inches]; `sharex` and `sharey` say which panels share an axis, as in matplotlib. A

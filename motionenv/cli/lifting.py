@@ -19,7 +19,7 @@ from motionenv.cli._shared import (
     note,
     parsed_size,
     parsed_view,
-)  # fmt: skip
+)
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS, Points
 

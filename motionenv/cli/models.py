@@ -85,9 +85,7 @@ def models(context: typer.Context) -> None:
 
 def describe(
     model: Annotated[str, typer.Argument(help="Name or file of the model.")],
-    out: Annotated[
-        Path | None, typer.Option(help="Picture to draw: mean ± 2 SD along components (.png, .pdf, .svg).")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Picture to draw of components (.png, .pdf, .svg).")] = None,
 ) -> None:
     """Describe one model: its card, what it learned, and the share of variance of its components.
 
@@ -100,6 +98,9 @@ def describe(
     if out is not None:
         check_picture(out, "--out")
     made = load(model)
+    fpca = getattr(made, "fpca_", made)
+    if out is not None and not isinstance(fpca, FunctionalPCA):
+        raise MotionError(f"--out draws components of angle curves, which {made.kind} models don't have: omit it")
     told = {key: value for key, value in made.describe().items() if value not in (None, [], {}, "")}
     for part in told.pop("components", []):
         share, deviation = part["share"], part["deviation"]
@@ -108,18 +109,15 @@ def describe(
         if isinstance(value, dict):
             typer.echo(f"{key}:")
             for name, what in value.items():
-                typer.echo(f"    {name}: {_figure(what)}")
+                typer.echo(f"    {name}: {_number(what)}")
         else:
-            typer.echo(f"{key}: {', '.join(value) if isinstance(value, list) else _figure(value)}")
+            typer.echo(f"{key}: {', '.join(value) if isinstance(value, list) else _number(value)}")
     if out is not None:
-        fpca = getattr(made, "fpca_", made)
-        if not isinstance(fpca, FunctionalPCA):
-            raise MotionError(f"--out draws components of angle curves, which {made.kind} models don't have: omit it")
         with atomic_write(out) as temporary:
             plots.components(fpca).savefig(temporary)
 
 
-def _figure(value) -> str:
+def _number(value) -> str:
     return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 

@@ -31,6 +31,7 @@ _CROSSED = -0.05  # [m] by which the left knee is to the left of the right one, 
 _FOOT = -0.3  # least cosine between a foot and where the pelvis faces, the median over frames
 _REPEATS = 4  # repeated samples that make a marker suspicious
 _OFF = 0.015  # [m] a marker that leaves the distances to its nearest companion by as much does not move with it
+_ROUNDED = 3.0  # times the least step of a file's numbers by which rounding changes a distance
 _JUMP, _MATCH = 0.06, 0.35  # [m] least jump of markers that change places; most error of the exchanged places over it
 _MOST = 3  # markers that a message names
 
@@ -282,9 +283,11 @@ def _unstuck(markers: Markers) -> Markers:
              for a, b in _runs(stopped)]  # fmt: skip
     held &= ~stopped[:, None]
     stuck = np.zeros_like(held)
+    steps = np.abs(np.diff(points, axis=0))
+    off = max(_OFF, _ROUNDED * float(np.min(steps, initial=_OFF, where=steps > 0)))
     for n in np.flatnonzero(held.any(0)).tolist():
         for start, end in _runs(held[:, n]):
-            stuck[start:end, n] = _leaves(points, held, n, slice(start, end))
+            stuck[start:end, n] = _leaves(points, held, n, slice(start, end), off)
     told = []
     for n in np.flatnonzero(stuck.any(0)).tolist():
         spans = [f"{a / markers.fps:.2f} to {(b - 1) / markers.fps:.2f}" for a, b in _runs(stuck[:, n])]
@@ -324,8 +327,8 @@ def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def _leaves(points: np.ndarray, held: np.ndarray, n: int, run: slice) -> bool:
-    """Whether point `n` leaves, during the `run`, the distances that it else has to its nearest companion."""
+def _leaves(points: np.ndarray, held: np.ndarray, n: int, run: slice, off: float) -> bool:
+    """Whether point `n` leaves by `off` [m], during the `run`, the distances that it else has to its companion."""
     free = ~held[:, n]
     others = np.flatnonzero(~held[run].any(0) & np.isfinite(points[run]).all((0, 2)))
     distances = np.linalg.norm(points[:, others] - points[:, n, None], axis=-1)
@@ -337,7 +340,7 @@ def _leaves(points: np.ndarray, held: np.ndarray, n: int, run: slice) -> bool:
     spread = np.nanstd(distances[free], axis=0)
     usual = distances[:, spread.argmin()]
     away = np.maximum(usual[run] - np.nanmax(usual[free]), np.nanmin(usual[free]) - usual[run])
-    return bool(away.max() > _OFF)
+    return bool(away.max() > off)
 
 
 def _median(values: np.ndarray) -> float:

@@ -167,9 +167,9 @@ class GaitModel(StoredModel):
         if seed is not None:
             raise MotionError(f"seed and {name} both define the walker: give one of them")
         components = self.components()
-        if not len(components):
-            raise MotionError(f"a {self.kind} model has no components: leave deviations and scores out")
         values = np.asarray(given, dtype=np.float64)
+        if not len(components) and values.size:
+            raise MotionError(f"a {self.kind} model has no components: leave deviations and scores out")
         if values.ndim != 1 or len(values) > len(components) or not np.isfinite(values).all():
             raise MotionError(
                 f"{name} must be up to {len(components)} finite numbers, one per component; got {given!r}"

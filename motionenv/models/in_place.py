@@ -47,6 +47,6 @@ def cycle(
             raise MotionError("walker and deviations or scores both define the walker: give one of them")
         walker = fitted.walker(scores=scores, deviations=deviations)
     if walker is None:
-        walker = fitted.walker(deviations=()) if len(fitted.components()) else Walker(fitted.kind)
+        walker = fitted.walker(deviations=())
     fitted.check_walker(walker)
     return fitted.in_place([walker], speed=speed, height=height, samples=samples)[0]

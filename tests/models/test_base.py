@@ -104,7 +104,7 @@ def test_a_model_without_components_takes_no_scores(model):
     with pytest.raises(MotionError, match="has no components"):
         model.walker(scores=[0.0])
     with pytest.raises(MotionError, match="has no components"):
-        motionenv.synthesize(model, 1, 30, deviations=[])
+        motionenv.synthesize(model, 1, 30, deviations=[1.0])
 
 
 def test_given_walkers_are_along_the_components(model):

@@ -124,6 +124,16 @@ def test_many_at_once_are_each_one(model):
         assert heights[i] == pytest.approx(made.body.height, rel=tolerance)
 
 
+def test_drawn_people_and_styles_walk_together():
+    """Each at a pace of its own: the drawn one's stride time, the style's mean pace of people."""
+    model = motionenv.load("walk/fpca")
+    walkers = [model.walker(seed=4), model.walker(deviations=[1.0])]
+    for made, walker in zip(model.in_place(walkers), walkers, strict=True):
+        alone = model.in_place([walker])[0]
+        np.testing.assert_allclose(made.poses, alone.poses, rtol=0, atol=1e-12)
+        assert made.seconds == pytest.approx(alone.seconds, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("asked", "what"),
     [

@@ -12,8 +12,8 @@ from motionenv.models.eigenwalkers.fourier_model import FourierModel
 from motionenv.models.eigenwalkers.fourier_series import WALKING, FourierWalker
 from motionenv.models.eigenwalkers.group_axis import GroupAxis, checked_groups, group_axis
 from motionenv.models.eigenwalkers.regression import shrunk_regression
-from motionenv.models.eigenwalkers.speed import learn_higher, learn_speed
-from motionenv.models.eigenwalkers.table import mean_walkers, read_walks
+from motionenv.models.eigenwalkers.speed import learn_speed
+from motionenv.models.eigenwalkers.table import mean_higher, mean_walkers, read_walks
 from motionenv.models.types import Trait
 from motionenv.types import Markers, Motion
 
@@ -71,7 +71,7 @@ class Eigenwalkers(FourierModel):
         told = None if groups is None else checked_groups(groups, list(people.people))
         self._learn(people.rows, self._rank())
         learn_speed(self, walks, people)
-        learn_higher(self, walks)
+        self.higher_ = mean_higher(walks)
         self.axis_ = None
         if told is not None:
             self.axis_ = group_axis(*told, self._standard(), partial(self._without, people.rows))

@@ -4,14 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motionenv.models.eigenwalkers.fourier_series import (
-    PARTS,
-    body_heights,
-    centred,
-    in_phase,
-    mirrored,
-    stride_lengths,
-)  # fmt: skip
+from motionenv.models.eigenwalkers.fourier_series import body_heights, centred, in_phase, mirrored, stride_lengths
 from motionenv.models.eigenwalkers.table import Table
 from motionenv.models.people.pace import EXPONENT, exponent, reached, shrunk, within
 
@@ -70,22 +63,6 @@ def learn_speed(model: "FourierModel", walks: Table, people: Table) -> None:
     model.speed_direction_ = 0.5 * (found + mirrored(found))
     model.speed_exponent_ = exponent(log_lengths, np.log(speeds / heights[known]), who)
     model.learned_speeds_ = np.array([speeds.min(), speeds.max()])
-
-
-def learn_higher(model: "FourierModel", walks: Table) -> None:
-    """Fit `higher_` of `model` by least squares over captured `walks`, with equal weight for each person.
-
-    Left and right learn from each other. Harmonics that no walk shows are 0.
-    """
-    assert walks.higher is not None
-    strides = stride_lengths(walks.rows)[:, None, None, None]
-    _, who, count = np.unique(walks.people, return_inverse=True, return_counts=True)
-    weight = (1.0 / count[who])[:, None, None, None] * np.isfinite(walks.higher * strides)
-    strides = np.nan_to_num(strides)
-    squares = (weight * strides**2).sum(axis=0)
-    found = (weight * strides * np.nan_to_num(walks.higher)).sum(axis=0) / np.where(squares > 0, squares, 1.0)
-    whole = np.concatenate([np.zeros((len(PARTS), *found.shape[1:])), found])
-    model.higher_ = 0.5 * (whole + mirrored(whole))[len(PARTS) :]
 
 
 def _sizes(walks: Table) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,15 @@ import numpy as np
 
 from motionenv.errors import MotionError
 from motionenv.models.eigenwalkers.extraction import fourier_walker
-from motionenv.models.eigenwalkers.fourier_series import HIGHER, PARTS, FourierWalker, centred, in_phase, mirrored
+from motionenv.models.eigenwalkers.fourier_series import (
+    HIGHER,
+    PARTS,
+    FourierWalker,
+    centred,
+    in_phase,
+    mirrored,
+    stride_lengths,
+)  # fmt: skip
 from motionenv.types import MARKERS, Markers, Motion
 
 COEFFICIENTS = (len(PARTS), len(MARKERS), 3)  #: shape of a walker's coefficients
@@ -67,3 +75,19 @@ def mean_walkers(table: Table, people: Sequence[str]) -> Table:
     mean = np.full(sums.shape, np.nan)
     np.divide(sums, seen, out=mean, where=seen > 0)
     return Table(centred(in_phase(mean)), frequencies, labels)
+
+
+def mean_higher(walks: Table) -> np.ndarray:
+    """The `HIGHER` harmonics (12, 15, 3) of the average walker, per length of strides; 0 where no walk shows them.
+
+    By least squares over walks, with equal weight for each person; left and right learn from each other.
+    """
+    assert walks.higher is not None
+    strides = stride_lengths(walks.rows)[:, None, None, None]
+    _, who, count = np.unique(walks.people, return_inverse=True, return_counts=True)
+    weight = (1.0 / count[who])[:, None, None, None] * np.isfinite(walks.higher * strides)
+    strides = np.nan_to_num(strides)
+    squares = (weight * strides**2).sum(axis=0)
+    found = (weight * strides * np.nan_to_num(walks.higher)).sum(axis=0) / np.where(squares > 0, squares, 1.0)
+    whole = np.concatenate([np.zeros(COEFFICIENTS), found])
+    return 0.5 * (whole + mirrored(whole))[len(PARTS) :]

@@ -23,8 +23,8 @@ from motionenv.errors import MotionError
 from motionenv.models.eigenwalkers.fourier_model import FourierModel
 from motionenv.models.eigenwalkers.fourier_series import OTHER_SIDE, PARTS, FourierWalker, columns
 from motionenv.models.eigenwalkers.regression import shrunk_regression
-from motionenv.models.eigenwalkers.speed import learn_higher, learn_speed
-from motionenv.models.eigenwalkers.table import mean_walkers, read_walks, with_mirror_images
+from motionenv.models.eigenwalkers.speed import learn_speed
+from motionenv.models.eigenwalkers.table import mean_higher, mean_walkers, read_walks, with_mirror_images
 from motionenv.types import MARKERS, Markers, Motion
 
 _USUAL = 20  # components; 15 to 25 give equal errors
@@ -115,7 +115,7 @@ class WalkerPrior(FourierModel):
         self._learn(with_mirror_images(merged.rows), self._columns_rank(2 * len(merged)))
         self._learn_pace(np.log(merged.frequencies))
         learn_speed(self, walks, merged)
-        learn_higher(self, walks)
+        self.higher_ = mean_higher(walks)
         left_out = self._leave_out(merged.rows, np.array(labels))
         # Paper B (fig. 3) chooses σ² by the squared error, whose minimum is flat and depends on who is left out.
         factor = float(min(_FACTORS, key=lambda factor: _unlikeliness(left_out, factor)))

@@ -130,7 +130,7 @@ class WalkingModel(GaitModel):
         cycles = captured_cycles(motions, walks, subjects)
         self.__dict__.pop("_tables", None)
         rank = min(_USUAL, len(cycles.values) - 1) if self.n_components is None else self.n_components
-        # With least_seen=0.5 the second component would have two thirds of its variance: for the next shipped models.
+        # Cycles that show less than half a stride would make the second component's variance half as large again.
         fpca = FunctionalPCA(rank, self.n_harmonics, residual_harmonics=0, least_seen=0.5, max_iter=2000)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", FitWarning)  # what they advise isn't an argument here
@@ -397,8 +397,11 @@ class WalkingModel(GaitModel):
 
     def _at_speeds(self, stride: WalkerScores, bodies, speeds: np.ndarray) -> WalkerScores:
         scale = bodies[0][:, _LEG, 2].sum(1) / self.proportions_[_LEG, 2].sum()
-        z, seconds = self.pace_.at_speed(self.standard(stride.scores), stride.seconds, scale, speeds)
-        return WalkerScores(self._scores(z), seconds)
+        asked = speeds > 0.0
+        goal = np.where(asked, speeds, 1.0)
+        z, seconds = self.pace_.at_speed(self.standard(stride.scores), stride.seconds, scale, goal)
+        scores = np.where(asked[:, None], self._scores(z), stride.scores)
+        return WalkerScores(scores, np.where(asked, seconds, stride.seconds))
 
     def _wobble(self, stride: WalkerScores, seconds: float, shortest: float, rng) -> np.ndarray:
         """Control points (n, cycles + 4, q) of the B-splines of the scores' deviations from their mean."""
@@ -430,7 +433,7 @@ class WalkingModel(GaitModel):
     def _cycles(self, stride: WalkerScores, bodies, speeds: np.ndarray, samples: int) -> tuple[np.ndarray, ...]:
         """Markers, poses and standing (n, samples, ...) in place, stride lengths (n,) [m] and times (n,) [s].
 
-        At `speeds` (n,) [m/s]; all 0 for those of the stride times.
+        At `speeds` (n,) [m/s], 0 for that of the stride time.
         """
         from motionenv.models.walking._walk_kernels import walk_in_place
 

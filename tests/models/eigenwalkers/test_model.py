@@ -8,6 +8,7 @@ from scipy.stats import multivariate_normal
 
 import motionenv
 from motionenv.errors import ModelError, MotionError
+from motionenv.models.eigenwalkers import fourier_model
 from motionenv.models.eigenwalkers.fourier_series import (
     FourierWalker,
     centred,
@@ -175,6 +176,15 @@ def test_in_place_it_is_equation_3_1(model):
     expected = positions_at(grounded(np.concatenate([w, stride_lengths(w) * model.higher_])), phase)
     np.testing.assert_allclose(made.positions, expected, atol=1e-9)
     assert made.names == MARKERS
+
+
+@pytest.mark.parametrize("name", ["walk/eigenwalkers", "walk/prior"])
+def test_strides_of_walks_that_are_made_are_shorter_than_ankles_tell(name):
+    """By what `_MADE` says, on average over drawn people."""
+    shipped = load(name)
+    walkers = [shipped.inverse_transform(shipped.walker(seed).scores) for seed in range(30)]
+    ratios = [shipped._gait(w).stride_length / float(stride_lengths(w)) for w in walkers]
+    assert np.mean(ratios) == pytest.approx(fourier_model._MADE, abs=0.005)
 
 
 @pytest.mark.parametrize("speed", [0.8, 1.4])
