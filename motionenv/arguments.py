@@ -12,11 +12,13 @@ from typing import Annotated, Any, TypedDict, TypeVar, get_args
 
 import numpy as np
 
-from motionenv._core.validation import checked_number, did_you_mean
+from motionenv._core.validation import checked_choice, checked_number, did_you_mean
 from motionenv.errors import MotionError
-from motionenv.types import FPS_RANGE, HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE
+from motionenv.types import FPS_RANGE, HEIGHT_RANGE, PEOPLE, SECONDS_MOST, SPEED_RANGE, WEIGHT_RANGE
 
-__all__ = ["ARGUMENTS", "WALK_ARGUMENTS", "Argument", "Number", "Request", "WalkArguments", "keyword_arguments"]
+__all__ = [
+    "ARGUMENTS", "WALK_ARGUMENTS", "Argument", "Choice", "Number", "Request", "WalkArguments", "keyword_arguments",
+]  # fmt: skip
 
 _KEYWORD_ONLY = inspect.Parameter.KEYWORD_ONLY
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -45,6 +47,26 @@ class Number:
         bounds = f" From {self.low:g} to {self.high:g}." if np.isfinite([self.low, self.high]).all() else ""
         return self.help + bounds
 
+    def check(self, value: Any, name: str) -> None:
+        """Refuse a `value` of the argument `name` that is out of range by a `MotionError`."""
+        checked_number(value, name, self.low, self.high, self.unit, above=self.above)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What an argument that is one of some words means: `help`, `words`, and `cyclic` as of `Number`."""
+
+    help: str
+    words: tuple[str, ...]
+    cyclic: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.help} One of {', '.join(self.words)}."
+
+    def check(self, value: Any, name: str) -> None:
+        """Refuse another `value` of the argument `name` by a `MotionError`."""
+        checked_choice(value, name, self.words)
+
 
 @dataclass(frozen=True)
 class Request:
@@ -65,6 +87,10 @@ class Request:
     variation: Annotated[
         float, Number("Factor on the variation between cycles; 0 repeats one cycle exactly.", 0, 10, cyclic=True)
     ] = 1.0
+    weight: Annotated[
+        float | None, Number("Body weight [kg]; by default the walker's own.", *WEIGHT_RANGE, cyclic=True)
+    ] = None
+    person: Annotated[str, Choice("Who is drawn if no walker is given.", PEOPLE, cyclic=True)] = "adult"
 
     def __post_init__(self) -> None:
         for argument in ARGUMENTS.values():
@@ -86,7 +112,7 @@ class Request:
         Raises:
             MotionError: such an argument isn't at its default.
         """
-        cyclic = [argument for argument in ARGUMENTS.values() if argument.number.cyclic]
+        cyclic = [argument for argument in ARGUMENTS.values() if argument.meaning.cyclic]
         if any(getattr(self, argument.name) != argument.default for argument in cyclic):
             names = " and ".join(argument.name for argument in cyclic)
             raise MotionError(f"a {kind} model has no cycles: leave {names} out")
@@ -98,6 +124,8 @@ class WalkArguments(TypedDict, total=False):
     height: float | None
     phase: float
     variation: float
+    weight: float | None
+    person: str
 
 
 #: Names of `WalkArguments`.
@@ -112,29 +140,28 @@ class Argument:
         name: of the argument.
         type: its type, without `Number`.
         default: its default; `dataclasses.MISSING` if it has none.
-        number: its meaning and bounds.
+        meaning: with its bounds, or words.
     """
 
     name: str
     type: Any
     default: Any
-    number: Number
+    meaning: Number | Choice
 
     def check(self, value: Any) -> None:
         """Refuse a `value` out of range by a `MotionError`."""
         if value is not None or self.default is not None:
-            number = self.number
-            checked_number(value, self.name, number.low, number.high, number.unit, above=number.above)
+            self.meaning.check(value, self.name)
 
 
 #: The fields of `Request` by name.
 ARGUMENTS = {
-    field.name: Argument(field.name, kind, field.default, number)
+    field.name: Argument(field.name, kind, field.default, meaning)
     for field in fields(Request)
-    for kind, number in [get_args(field.type)]
+    for kind, meaning in [get_args(field.type)]
 }
 Request.__doc__ = f"{Request.__doc__}\n    Attributes:\n" + "".join(
-    f"        {argument.name}: {argument.number}\n" for argument in ARGUMENTS.values()
+    f"        {argument.name}: {argument.meaning}\n" for argument in ARGUMENTS.values()
 )
 
 
@@ -165,7 +192,7 @@ def keyword_arguments(arguments: type) -> Callable[[_Function], _Function]:
             return function(*args, **named)
 
         checked.__signature__ = signature.replace(parameters=[*own, *expanded])  # type: ignore[attr-defined]
-        entries = [rf"\g<1>{p.name}: {ARGUMENTS[p.name].number}\n" for p in expanded if p.name in ARGUMENTS]
+        entries = [rf"\g<1>{p.name}: {ARGUMENTS[p.name].meaning}\n" for p in expanded if p.name in ARGUMENTS]
         entry = re.compile(r"^( *)walk: .*\n", re.MULTILINE)
         checked.__doc__ = entry.sub(r"\g<0>" + "".join(entries), function.__doc__ or "")
         return checked  # type: ignore[return-value]

@@ -41,7 +41,11 @@ ANGLES = POSE[6:]
 #: Least and greatest value, and unit, of what can be asked of models and bodies through every interface.
 SPEED_RANGE = (0.1, 3.0, "m/s")  # of who walks
 HEIGHT_RANGE = (0.5, 2.5, "metres")  # of a standing body
+WEIGHT_RANGE = (10.0, 300.0, "kg")
 FPS_RANGE = (1.0, 1000.0, "frames per second")  # of what a model makes
+
+#: Kinds of people that are drawn; children are 6 to 17 years old.
+PEOPLE = ("adult", "woman", "man", "child", "girl", "boy")
 SECONDS_MOST = 3600.0  # of what a model makes at a time
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 import motionenv
 from benchmarks import Arguments, has
-from motionenv.body.skeleton import LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS
+from motionenv.body.limbs import LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.render import Raycaster
 from motionenv.render.cameras import view

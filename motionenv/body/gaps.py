@@ -11,7 +11,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from motionenv.body.skeleton import LIMB_SEGMENT, LIMBS, SEGMENT_PARENT, SEGMENTS
+from motionenv.body.limbs import LIMB_SEGMENT, LIMBS
+from motionenv.body.skeleton import SEGMENT_PARENT, SEGMENTS
 from motionenv.errors import GapError
 from motionenv.types import MARKERS, POSE
 
@@ -32,7 +33,7 @@ SEGMENT_ENTRIES = (
     slice(17, 20), slice(20, 21), slice(21, 24), slice(24, 25),
     slice(0), slice(0),
 )  # fmt: skip
-_UPPER = [LIMBS.index("torso"), LIMBS.index("shoulders")]
+_UPPER = [LIMBS.index(name) for name in ("left_trunk", "right_trunk", "left_shoulder", "right_shoulder")]
 _ABOVE = [SEGMENTS.index(name) for name in ("head", "left_upper_arm", "right_upper_arm")]
 _CARRIER = {"head": "head", "elbow": "upper_arm", "wrist": "forearm", "knee": "thigh", "ankle": "shin"}
 _MARKER_SEGMENT = [

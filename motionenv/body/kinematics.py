@@ -28,8 +28,9 @@ import numpy as np
 
 from motionenv._core.compilation import kernel, part
 from motionenv.body.gaps import known_markers
+from motionenv.body.limbs import LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS, LIMBS, limb_shifts
 from motionenv.body.simd import foot_rotation, hinged, placed, root_rotation, turned
-from motionenv.body.skeleton import LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS, LIMBS, NODES, SEGMENTS
+from motionenv.body.skeleton import NODES, SEGMENTS
 from motionenv.errors import MotionError
 from motionenv.types import Skeleton
 
@@ -82,7 +83,7 @@ def limb_segments(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     """
     flat, lead = _flat(poses)
     ends = np.empty((len(flat), len(LIMBS), 2, 3))
-    _limbs(flat, skeleton.offsets, skeleton.height, LIMB_SEGMENT, LIMB_NODES, LIMB_SHIFTS, ends)
+    _limbs(flat, skeleton.offsets, skeleton.height, LIMB_SEGMENT, LIMB_NODES, limb_shifts(skeleton), ends)
     return ends.reshape(*lead, *ends.shape[1:])
 
 
@@ -226,7 +227,10 @@ def _limbs(poses, offsets, height, segment, ends_at, shifts, out):
 
 @part
 def write_limb_segments(poses, offsets, height, segment, ends_at, shifts, out):
-    """Write the ends (n, limbs, 2, 3) of all limbs of poses (n, 25): `limb_segments`, for other kernels."""
+    """Write the ends (n, limbs, 2, 3) of all limbs of poses (n, 25): `limb_segments`, for other kernels.
+
+    `shifts` (limbs, 2, 3) [m] are `motionenv.body.limbs.limb_shifts`.
+    """
     nodes = np.empty((16, 3))
     rotations = np.empty((12, 3, 3))
     for i in range(len(poses)):
@@ -234,5 +238,5 @@ def write_limb_segments(poses, offsets, height, segment, ends_at, shifts, out):
         for limb in range(len(segment)):
             rotation = _rotation(rotations, segment[limb])
             for end in range(2):
-                x, y, z = shifts[limb, end, 0] * height, shifts[limb, end, 1] * height, shifts[limb, end, 2] * height
-                _put(placed(_row(nodes, ends_at[limb, end]), rotation, (x, y, z)), out[i, limb], end)
+                point = placed(_row(nodes, ends_at[limb, end]), rotation, _row(shifts[limb], end))
+                _put(point, out[i, limb], end)

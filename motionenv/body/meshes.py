@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from motionenv.body.gaps import known_limbs
 from motionenv.body.kinematics import forward
-from motionenv.body.skeleton import CLOTHES, COLOURS, LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS, LIMBS, SEGMENT_ORIGIN
+from motionenv.body.limbs import CLOTHES, COLOURS, LIMB_NODES, LIMB_SEGMENT, LIMBS, limb_shifts
+from motionenv.body.skeleton import SEGMENT_ORIGIN
 from motionenv.errors import GapError, MotionError
 from motionenv.types import Skeleton
 
@@ -102,9 +103,9 @@ def limb_meshes(skeleton: Skeleton, sections: int = 32) -> list[Mesh]:
     if len(skeleton.radii) != len(LIMBS):
         raise MotionError(f"the skeleton must have radii for {len(LIMBS)} limbs, got {len(skeleton.radii)}")
     meshes = []
-    for limb, (segment, nodes, shifts) in enumerate(zip(LIMB_SEGMENT, LIMB_NODES, LIMB_SHIFTS, strict=True)):
+    for limb, (segment, nodes, shifts) in enumerate(zip(LIMB_SEGMENT, LIMB_NODES, limb_shifts(skeleton), strict=True)):
         own = nodes == SEGMENT_ORIGIN[segment]
-        start, end = np.where(own[:, None], 0.0, skeleton.offsets[nodes]) + shifts * skeleton.height
+        start, end = np.where(own[:, None], 0.0, skeleton.offsets[nodes]) + shifts
         length = float(np.linalg.norm(end - start))
         cone = rounded_cone(length, skeleton.radii[limb, 0], skeleton.radii[limb, 1], sections)
         turn = _frame_along(end - start)

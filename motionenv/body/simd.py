@@ -8,7 +8,8 @@ import math
 import numpy as np
 
 from motionenv._core.compilation import part
-from motionenv.body.skeleton import ANKLE_HEIGHT, LIMB_SHIFTS, LIMBS
+from motionenv.body.limbs import LIMB_SHIFTS, LIMBS
+from motionenv.body.skeleton import ANKLE_HEIGHT
 
 _inline = part(fastmath={"contract", "arcp"}, forceinline=True)
 

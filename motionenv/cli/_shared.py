@@ -58,7 +58,7 @@ def walk_options(command: _Command) -> _Command:
     options = [
         inspect.Parameter(
             name, inspect.Parameter.KEYWORD_ONLY, default=ARGUMENTS[name].default,
-            annotation=Annotated[ARGUMENTS[name].type, typer.Option(help=ARGUMENTS[name].number.help)],
+            annotation=Annotated[ARGUMENTS[name].type, typer.Option(help=str(ARGUMENTS[name].meaning))],
         )
         for name in WALK_ARGUMENTS
     ]  # fmt: skip

@@ -16,12 +16,12 @@ from pydantic import AfterValidator, Field, model_validator
 
 from motionenv.data.record import Record, read_content
 from motionenv.errors import MotionError
-from motionenv.types import FPS_RANGE, HEIGHT_RANGE, SPEED_RANGE
+from motionenv.types import FPS_RANGE, HEIGHT_RANGE, PEOPLE, SPEED_RANGE
 
 #: Fields that are pictures, and those that are numbers; see `motionenv.data.samples` for shapes and units.
 PICTURES = ("rgb", "mask", "limbs", "people", "depth")
 TRUTH = (
-    "poses", "joints", "pixels", "visibility", "detected", "phase", "contact", "body", "camera", "others",
+    "poses", "joints", "pixels", "visibility", "detected", "phase", "contact", "body", "camera", "others", "face",
 )  # fmt: skip
 #: Names of the specifications that come with the package.
 PRESETS = ("keypoints", "silhouette-gait", "tracking", "lifting")
@@ -46,7 +46,8 @@ class People(Record):
     Attributes:
         models: gait models, names or files, of which each walker's is one, all as often.
         speed: (least, greatest) walking speed [m/s]; None leaves it to the model.
-        height: (least, greatest) body height [m].
+        person: kind of people, one of `motionenv.types.PEOPLE`.
+        height: (least, greatest) body height [m]; None is people's own.
         turning: share of the walkers whose path winds left and right.
         radius: least radius of a turn [m].
         clothes: whether colours of skin and clothes are random or fixed.
@@ -56,7 +57,8 @@ class People(Record):
 
     models: tuple[str, ...] = Field(("walk/fpca",), min_length=1)
     speed: Annotated[tuple[float, float], _ordered(*SPEED_RANGE[:2])] | None = None
-    height: Annotated[tuple[float, float], _ordered(*HEIGHT_RANGE[:2])] = (1.5, 1.95)
+    person: Literal[PEOPLE] = "adult"  # type: ignore[valid-type]
+    height: Annotated[tuple[float, float], _ordered(*HEIGHT_RANGE[:2])] | None = None
     turning: float = Field(0.0, ge=0, le=1)
     radius: float = Field(2.0, ge=1.0, le=100)
     clothes: bool = True
@@ -92,7 +94,7 @@ class Pictures(Record):
         background: "black", "plain" colours, or "clutter", procedural photographs.
         light: "fixed", or "varied": from another direction for each group of walkers.
         flicker: relative amplitude of slow changes of the light.
-        objects: pictures of people and things that pass through, in front or behind.
+        objects: pictures of things that pass through, in front or behind. People who do are `People.passers_by`.
         occluders: posts, boxes and bushes in front.
         noise: standard deviation of the sensor's noise [grey levels of 0 to 255].
     """

@@ -10,11 +10,12 @@ from motionenv.body import from_height, markers
 from motionenv.body.arm_reaching import RIGHT_ARM, reach
 from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.envs.base import SimulatedTracking, taking
-from motionenv.envs.simulation.motion_sources import HEIGHT, SPLITS, WALKERS, Recordings, Source
+from motionenv.envs.simulation.motion_sources import SPLITS, WALKERS, Recordings, Source
 from motionenv.envs.simulation.picture_world import PictureArguments
 from motionenv.envs.simulation.views import ArmView
 from motionenv.envs.vector import SimulatedTrackingVector, VectorArguments
 from motionenv.errors import MotionError
+from motionenv.models.people import draw_person
 from motionenv.types import MARKERS, POSE, Skeleton
 
 _SCORED = tuple(MARKERS.index(name) for name in ("right_elbow", "right_wrist"))
@@ -154,7 +155,8 @@ class _Reaching:
     def _make(self, number: int) -> tuple[np.ndarray, Skeleton]:
         source = self._source
         rng = np.random.default_rng(np.random.SeedSequence(0, spawn_key=(SPLITS.index(source.split), number)))
-        body = from_height(float(rng.uniform(*(source.height or HEIGHT))))
+        height = None if source.height is None else float(rng.uniform(*source.height))
+        body = draw_person(rng, person=source.person, height=height).body(from_height(1.0).offsets)
         frames = source.frames + round(_SPARE * source.fps)
         return _standing(reach(frames, source.fps, rng), body), body
 

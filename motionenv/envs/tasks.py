@@ -27,7 +27,7 @@ class Task(NamedTuple):
     ood: dict[str, Any]
 
 
-_SMALL = {"height": (1.2, 1.45), "speed": (1.5, 1.8)}
+_SMALL = {"height": (1.15, 1.4), "speed": (1.5, 1.8)}
 _CLUTTER: dict[str, Any] = {"observation": "rgb", "background": "clutter", "noise": 6.0}
 #: Environments, what all levels of each have in common, what is out of distribution, and the levels.
 _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, Any]]]] = {
@@ -60,7 +60,7 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
     ),
     "ArmTracking-v1": (
         {"estimate": "joints", "horizon": 90},
-        {"height": (1.2, 1.45), "motion": "walk/fpca", "camera": 25.0},
+        {"height": (1.15, 1.4), "motion": "walk/fpca", "camera": 25.0},
         {
             "Easy": {"observation": "mask"},
             "Medium": {"observation": "mask", "occluders": 2},

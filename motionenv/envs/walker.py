@@ -109,8 +109,9 @@ class WalkerTracking(SimulatedTracking):
     - `noise=0`, `brightness=0`: standard deviation of the noise in grey levels of 255, and relative variation of the
       light. Both affect "rgb" only; "mask" and "depth" are exact.
     - `fps=30`, `horizon=90`: frame rate [Hz], and number of estimates in an episode.
-    - `speed=None`, `height=None`: ranges (low, high) of walking speed [m/s] and body height [m]. None uses the model's
-      own speeds and heights of 1.5 to 1.95 m, or those of the captured people.
+    - `speed=None`, `height=None`: ranges (low, high) of walking speed [m/s] and body height [m]. None is people's own.
+    - `person="adult"`: whom a model draws: "adult", "woman", "man", "child" (6 to 17 years), "girl" or "boy". Bodies
+      have published heights, weights and girths (`motionenv.models.people`).
     - `clothes=True`: whether colours differ between episodes.
     - `estimate="pose"`, `n_belief=64`, `actions="normalised"`: see Action Space.
     - `lost_after=None`: with a number, `info["lost"]` is true from the tenth consecutive estimate that is off by more

@@ -7,7 +7,8 @@ from scipy.signal import butter, filtfilt
 
 from motionenv._core.representation import OneLine
 from motionenv.body.kinematics import forward
-from motionenv.body.skeleton import LIMB_SHIFTS, LIMBS, NODES, SEGMENTS, limb_radii
+from motionenv.body.limbs import LIMB_SHIFTS, LIMBS, limb_radii
+from motionenv.body.skeleton import NODES, SEGMENTS
 from motionenv.errors import GapError
 from motionenv.mocap.marker_sets import MarkerMap, find_landmarks
 from motionenv.mocap.retargeting import find_nodes

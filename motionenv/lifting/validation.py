@@ -3,7 +3,7 @@
 import numpy as np
 
 from motionenv.body.kinematics import markers
-from motionenv.body.skeleton import from_height
+from motionenv.body.limbs import from_height
 from motionenv.errors import GapError, MotionError
 from motionenv.lifting.fourier_fit import LEAST_CYCLES, Series
 from motionenv.lifting.side_labels import FASTEST, PAIRS

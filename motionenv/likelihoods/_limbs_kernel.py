@@ -8,8 +8,8 @@ import numpy as np
 
 from motionenv._core.compilation import kernel, part
 from motionenv.body.kinematics import HINGE_SIGN
+from motionenv.body.limbs import LIMBS
 from motionenv.body.simd import foot_rotation, hinged, placed, root_rotation, sine_cosine, turned
-from motionenv.body.skeleton import LIMBS
 
 _inline = part(forceinline=True)
 
@@ -63,22 +63,22 @@ def _root(w, j):
 
 
 @_inline
-def _segment(w, j, limb, p, r, q, t, shifts, height):
+def _segment(w, j, limb, p, r, q, t, shifts):
     """Write the ends of limb `limb`, from p to q, with frames r and t."""
     a, b = shifts[limb, 0], shifts[limb, 1]
-    _put(w, 6 * limb, j, p, r, a[0] * height, a[1] * height, a[2] * height)
-    _put(w, 6 * limb + 3, j, q, t, b[0] * height, b[1] * height, b[2] * height)
+    _put(w, 6 * limb, j, p, r, a[0], a[1], a[2])
+    _put(w, 6 * limb + 3, j, q, t, b[0], b[1], b[2])
 
 
 @_inline
-def _arm(w, j, limb, pose, side, p, torso, nodes, offsets, shifts, height):
+def _arm(w, j, limb, pose, side, p, torso, nodes, offsets, shifts):
     upper = _turned(torso, w, j, pose, -1.0, side, -side)
     lower = _hinged(upper, w, j, pose + 3, _HINGE_ARM)
     elbow = placed(p, upper, offsets[nodes[0]])
     wrist = placed(elbow, lower, offsets[nodes[1]])
-    _segment(w, j, limb, p, upper, elbow, upper, shifts, height)
-    _segment(w, j, limb + 1, elbow, lower, wrist, lower, shifts, height)
-    _segment(w, j, limb + 2, wrist, lower, wrist, lower, shifts, height)
+    _segment(w, j, limb, p, upper, elbow, upper, shifts)
+    _segment(w, j, limb + 1, elbow, lower, wrist, lower, shifts)
+    _segment(w, j, limb + 2, wrist, lower, wrist, lower, shifts)
 
 
 @_inline
@@ -88,13 +88,13 @@ def _leg(w, j, limb, pose, side, p, torso, nodes, offsets, shifts, height):
     knee = placed(p, upper, offsets[nodes[0]])
     ankle = placed(knee, lower, offsets[nodes[1]])
     foot = foot_rotation(lower, ankle[2], height)
-    _segment(w, j, limb, p, upper, knee, upper, shifts, height)
-    _segment(w, j, limb + 1, knee, lower, ankle, lower, shifts, height)
-    _segment(w, j, limb + 2, ankle, foot, ankle, foot, shifts, height)
+    _segment(w, j, limb, p, upper, knee, upper, shifts)
+    _segment(w, j, limb + 1, knee, lower, ankle, lower, shifts)
+    _segment(w, j, limb + 2, ankle, foot, ankle, foot, shifts)
 
 
 @part
-def _trunk(w, offsets, shifts, height):
+def _trunk(w, offsets, shifts):
     for j in range(LANES):
         p = (w[_POSE * LANES + j], w[(_POSE + 1) * LANES + j], w[(_POSE + 2) * LANES + j])
         torso = _root(w, j)
@@ -103,20 +103,25 @@ def _trunk(w, offsets, shifts, height):
         head = placed(neck, skull, offsets[0])
         left, right = placed(p, torso, offsets[3]), placed(p, torso, offsets[4])
         left_hip, right_hip = placed(p, torso, offsets[9]), placed(p, torso, offsets[10])
-        _segment(w, j, 0, p, torso, neck, torso, shifts, height)
-        _segment(w, j, 1, left, torso, right, torso, shifts, height)
-        _segment(w, j, 2, left_hip, torso, right_hip, torso, shifts, height)
-        _segment(w, j, 3, neck, skull, head, skull, shifts, height)
-        _segment(w, j, 4, head, skull, head, skull, shifts, height)
+        _segment(w, j, 0, p, torso, neck, torso, shifts)
+        _segment(w, j, 1, p, torso, neck, torso, shifts)
+        _segment(w, j, 2, neck, torso, left, torso, shifts)
+        _segment(w, j, 3, neck, torso, right, torso, shifts)
+        _segment(w, j, 4, left_hip, torso, right_hip, torso, shifts)
+        _segment(w, j, 5, neck, skull, head, skull, shifts)
+        _segment(w, j, 6, head, skull, head, skull, shifts)
+        _segment(w, j, 19, head, skull, head, skull, shifts)
+        _segment(w, j, 20, head, skull, head, skull, shifts)
+        _segment(w, j, 21, head, skull, head, skull, shifts)
 
 
 @part
-def _arms(w, offsets, shifts, height):
+def _arms(w, offsets, shifts):
     for j in range(LANES):
         p = (w[_POSE * LANES + j], w[(_POSE + 1) * LANES + j], w[(_POSE + 2) * LANES + j])
         torso = _root(w, j)
-        _arm(w, j, 5, 9, 1.0, placed(p, torso, offsets[3]), torso, (5, 7), offsets, shifts, height)
-        _arm(w, j, 11, 13, -1.0, placed(p, torso, offsets[4]), torso, (6, 8), offsets, shifts, height)
+        _arm(w, j, 7, 9, 1.0, placed(p, torso, offsets[3]), torso, (5, 7), offsets, shifts)
+        _arm(w, j, 13, 13, -1.0, placed(p, torso, offsets[4]), torso, (6, 8), offsets, shifts)
 
 
 @part
@@ -124,8 +129,8 @@ def _legs(w, offsets, shifts, height):
     for j in range(LANES):
         p = (w[_POSE * LANES + j], w[(_POSE + 1) * LANES + j], w[(_POSE + 2) * LANES + j])
         torso = _root(w, j)
-        _leg(w, j, 8, 17, 1.0, placed(p, torso, offsets[9]), torso, (11, 13), offsets, shifts, height)
-        _leg(w, j, 14, 21, -1.0, placed(p, torso, offsets[10]), torso, (12, 14), offsets, shifts, height)
+        _leg(w, j, 10, 17, 1.0, placed(p, torso, offsets[9]), torso, (11, 13), offsets, shifts, height)
+        _leg(w, j, 16, 21, -1.0, placed(p, torso, offsets[10]), torso, (12, 14), offsets, shifts, height)
 
 
 @part
@@ -140,8 +145,8 @@ def set_limbs(poses, start, offsets, shifts, height, w):
         for i in range(25):
             w[(_POSE + i) * LANES + j] = pose[i]
     _set_sines(w)
-    _trunk(w, offsets, shifts, height)
-    _arms(w, offsets, shifts, height)
+    _trunk(w, offsets, shifts)
+    _arms(w, offsets, shifts)
     _legs(w, offsets, shifts, height)
 
 
@@ -149,7 +154,7 @@ def set_limbs(poses, start, offsets, shifts, height, w):
 def limb_ends(poses, offsets, shifts, height, out):
     """Write the limb ends (n, limbs, 2, 3) [m] of poses (n, 25) [m, rad]: `motionenv.body.limb_segments`.
 
-    `offsets` and `height` [m] are the skeleton's; `shifts` (limbs, 2, 3) are `LIMB_SHIFTS`.
+    `offsets` and `height` [m] are the skeleton's; `shifts` (limbs, 2, 3) [m] are `limb_shifts`.
     """
     w = np.empty(WORK)
     for start in range(0, len(poses), LANES):

@@ -40,8 +40,7 @@ from numpy.typing import ArrayLike
 
 from motionenv._core.threads import Workers
 from motionenv._core.validation import checked_number
-from motionenv.body import LIMBS, from_height
-from motionenv.body.skeleton import LIMB_SHIFTS
+from motionenv.body.limbs import LIMBS, from_height, limb_shifts
 from motionenv.errors import MotionError
 from motionenv.likelihoods.background import Background, foreground_probability, picture
 from motionenv.likelihoods.base import ImageLikelihood
@@ -316,7 +315,7 @@ def fast_limb_segments(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     from motionenv.likelihoods._limbs_kernel import limb_ends
 
     ends = np.empty((len(poses), len(LIMBS), 2, 3))
-    limb_ends(poses, skeleton.offsets, LIMB_SHIFTS, skeleton.height, ends)
+    limb_ends(poses, skeleton.offsets, limb_shifts(skeleton), skeleton.height, ends)
     return ends
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from motionenv._core.files import atomic_write, unpacked_size
+from motionenv.body.limbs import current_radii
 from motionenv.errors import FormatError, MotionError
 from motionenv.mocap.readers.text import read_bytes
 from motionenv.types import POSE, Motion, Skeleton
@@ -155,7 +156,8 @@ def _motion(path, fields: dict[str, np.ndarray], held: list[str]) -> Motion:
     if tuple(fields["pose"]) != POSE:
         raise FormatError(path, f"its pose vector has other entries than {', '.join(POSE)}", "pose")
     try:
-        skeleton = Skeleton(fields["offsets"], fields["radii"], float(fields["height"]))
+        radii = current_radii(fields["radii"], float(fields["height"]))
+        skeleton = Skeleton(fields["offsets"], radii, float(fields["height"]))
         return Motion(fields["poses"], skeleton, float(fields["fps"]), str(fields["name"]), fields.get("filled"))
     except (TypeError, ValueError) as error:
         raise FormatError(path, f"has no valid motion: {error}") from None

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from motionenv._core.validation import random_generator
 from motionenv.arguments import ARGUMENTS, Request, WalkArguments, keyword_arguments
-from motionenv.body.skeleton import from_height
+from motionenv.body.limbs import from_height
 from motionenv.errors import ExtrapolationWarning, MotionError
 from motionenv.models.contact_rule import SAMPLES
 from motionenv.models.people.population import Person
@@ -97,13 +97,16 @@ class GaitModel(StoredModel):
         """Sizes of the model by name, other than the number of components."""
 
     @abstractmethod
-    def draw_walker(self, rng: np.random.Generator, speed: float | None = None, height: float | None = None) -> Walker:
+    def draw_walker(
+        self, rng: np.random.Generator, speed: float | None = None, height: float | None = None, person: str = "adult"
+    ) -> Walker:
         """Draw a person from the model.
 
         Args:
             rng: random generator.
             speed: walking speed [m/s]; None lets the model choose.
             height: body height [m]; None draws it, or takes the model's where that has one body.
+            person: kind of people, one of `motionenv.types.PEOPLE`, if the model has people.
         """
 
     @abstractmethod
@@ -208,9 +211,11 @@ class GaitModel(StoredModel):
         self._warn_beyond([speed], stacklevel=4)
         rng = random_generator(seed)
         if walker is None:
-            walker = self.draw_walker(rng, speed, request.height)
+            walker = self.draw_walker(rng, speed, request.height, request.person)
         else:
             self.check_walker(walker)
+        if request.weight is not None:
+            walker = walker.weighing(request.weight, request.height)
         return self.make_motion(walker, request, rng)
 
     def check_walker(self, walker: Walker) -> None:
@@ -234,8 +239,8 @@ class GaitModel(StoredModel):
         )
 
     def synthesize_batch(
-        self, seconds: float, fps: float, *, heights: Sequence[float] | np.ndarray, speeds: Sequence[float | None],
-        seed: int | np.random.Generator | None = None,
+        self, seconds: float, fps: float, *, heights: Sequence[float | None] | np.ndarray,
+        speeds: Sequence[float | None], person: str = "adult", seed: int | np.random.Generator | None = None,
     ) -> list[Motion]:  # fmt: skip
         """Motion of `n` new walkers, computed together if `batch_size` exceeds 1, otherwise one by one.
 
@@ -244,8 +249,9 @@ class GaitModel(StoredModel):
         Args:
             seconds: duration [s].
             fps: frames per second.
-            heights: (n,) body heights [m].
+            heights: (n,) body heights [m]; None is the person's own.
             speeds: (n,) speeds [m/s]; all numbers or all None.
+            person: kind of people, one of `motionenv.types.PEOPLE`, if the model has people.
             seed: int or Generator.
 
         Raises:
@@ -254,16 +260,16 @@ class GaitModel(StoredModel):
         rng = random_generator(seed)
         if self.batch_size > 1:
             self._warn_beyond(speeds)
-            return self.make_motions(seconds, fps, heights=heights, speeds=speeds, rng=rng)
+            return self.make_motions(seconds, fps, heights=heights, speeds=speeds, rng=rng, person=person)
         pairs = zip(heights, speeds, strict=True)
-        return [self.synthesize(seconds, fps, seed=rng, speed=speed, height=float(h)) for h, speed in pairs]
+        return [self.synthesize(seconds, fps, seed=rng, speed=v, height=h, person=person) for h, v in pairs]
 
     def describe(self) -> dict[str, Any]:
         """JSON-serialisable description of the model and of the arguments that it takes."""
         components, body, treadmill = self.components(), self.body(), self.treadmill()
         columns = components.names, components.means.tolist(), components.deviations.tolist()
         shares = np.clip(components.shares, 0, 1).tolist()
-        takes = [name for name, argument in ARGUMENTS.items() if self.steady or not argument.number.cyclic]
+        takes = [name for name, argument in ARGUMENTS.items() if self.steady or not argument.meaning.cyclic]
         counted = {"components": len(components)} if len(components) else {}
         return {
             "kind": self.kind,
@@ -312,8 +318,10 @@ class FixedModel(GaitModel):
         """No dimensions."""
         return {}
 
-    def draw_walker(self, rng: np.random.Generator, speed: float | None = None, height: float | None = None) -> Walker:
-        """The only walker; `rng`, `speed` and `height` have no effect."""
+    def draw_walker(
+        self, rng: np.random.Generator, speed: float | None = None, height: float | None = None, person: str = "adult"
+    ) -> Walker:
+        """The only walker; the arguments have no effect."""
         return Walker(self.kind)
 
     def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:

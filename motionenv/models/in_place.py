@@ -16,7 +16,7 @@ _SAMPLES = (8, 1000)
 def cycle(
     model: str | GaitModel, *, walker: Walker | None = None, deviations: Sequence[float] | None = None,
     scores: Sequence[float] | None = None, speed: float | None = None, height: float | None = None,
-    samples: int = SAMPLES,
+    weight: float | None = None, samples: int = SAMPLES,
 ) -> Cycle:  # fmt: skip
     """One stride of a walker in place: what `synthesize` walks over the ground without variation.
 
@@ -29,6 +29,7 @@ def cycle(
         scores: up to q scores; the other components are average.
         speed: [m/s], from 0.1 to 3; None takes the walker's own.
         height: body height [m], from 0.5 to 2.5; None takes the walker's own.
+        weight: [kg]; None takes the walker's own.
         samples: number of phases, from 8 to 1000.
 
     Raises:
@@ -49,4 +50,6 @@ def cycle(
     if walker is None:
         walker = fitted.walker(deviations=())
     fitted.check_walker(walker)
+    if weight is not None:
+        walker = walker.weighing(weight, height)
     return fitted.in_place([walker], speed=speed, height=height, samples=samples)[0]

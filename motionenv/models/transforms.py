@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from motionenv._core.validation import checked_fps, checked_number
-from motionenv.body.skeleton import MIDDLE, limb_radii
+from motionenv.body.limbs import resized
+from motionenv.body.skeleton import MIDDLE
 from motionenv.errors import MotionError
-from motionenv.types import HEIGHT_RANGE, POSE, Motion, Skeleton
+from motionenv.types import HEIGHT_RANGE, POSE, Motion
 
 _TURN = 2 * np.pi
 _IS_ANGLE = ~np.isnan(MIDDLE)
@@ -30,7 +31,7 @@ def scaled(motion: Motion, height: float) -> Motion:
     factor = height / motion.skeleton.height
     poses = motion.poses.copy()
     poses[..., :3] *= factor
-    return replace(motion, poses=poses, skeleton=Skeleton(motion.skeleton.offsets * factor, limb_radii(height), height))
+    return replace(motion, poses=poses, skeleton=resized(motion.skeleton, height))
 
 
 def resample(motion: Motion, fps: float = 30.0) -> list[np.ndarray]:

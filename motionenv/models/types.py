@@ -1,12 +1,13 @@
 """Types of the gait models' interface: walkers, components, cycles, targets, traits."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_number
+from motionenv.errors import MotionError
 from motionenv.models.people.population import Person
 from motionenv.types import Skeleton
 
@@ -34,6 +35,16 @@ class Walker(OneLine):
         if isinstance(self.person, dict):
             object.__setattr__(self, "person", Person(**self.person))
         object.__setattr__(self, "scores", tuple(float(score) for score in self.scores))
+
+    def weighing(self, weight: float, height: float | None = None) -> "Walker":
+        """The same walker with a body of `weight` [kg], if of `height` [m], None is the walker's own.
+
+        Raises:
+            MotionError: a body mass index that nobody has, or a walker without a person.
+        """
+        if self.person is None:
+            raise MotionError("weight needs a walker that is a person: draw one with a seed, or give deviations")
+        return replace(self, person=self.person.weighing(weight, height))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number
-from motionenv.body.skeleton import CLOTHES, COLOURS
+from motionenv.body.limbs import CLOTHES, COLOURS
 from motionenv.errors import MotionError
 
 Colour = tuple[float, float, float]
@@ -22,7 +22,7 @@ class Scene:
         key, fill: unit vectors from the world's origin towards the two directional lights.
         key_light, fill_light: their radiance (red, green, blue).
         ambient: ambient light, relative to a surface's colour.
-        skin, shirt, trousers, shoes: colours of the body.
+        skin, shirt, trousers, shoes, hair: colours of the body.
         tiles: the two colours of the checkered ground.
         tile: side of a tile [m].
         horizon, zenith: colours of the sky; the ground fades into `horizon`.
@@ -41,6 +41,7 @@ class Scene:
     shirt: Colour = COLOURS["shirt"]
     trousers: Colour = COLOURS["trousers"]
     shoes: Colour = COLOURS["shoes"]
+    hair: Colour = COLOURS["hair"]
     tiles: tuple[Colour, Colour] = ((0.77, 0.77, 0.76), (0.67, 0.67, 0.67))
     tile: float = 0.5
     horizon: Colour = (0.93, 0.95, 0.97)

@@ -3,15 +3,16 @@
 from typing import Any
 
 from motionenv import MotionError
-from motionenv.arguments import ARGUMENTS
+from motionenv.arguments import ARGUMENTS, Number
 from motionenv.body import EDGES
 from motionenv.models import GaitModel, card, names
 from motionenv.types import MARKERS, POSE
 from service.schemas.models import BodyDescription, ModelDescription, ModelSummary, PoseEntry, Range
 
 _RANGES = {
-    name: Range(minimum=max(a.number.low, a.number.above), maximum=a.number.high, unit=a.number.unit)
-    for name, a in ARGUMENTS.items()
+    name: Range(minimum=max(number.low, number.above), maximum=number.high, unit=number.unit)
+    for name, number in ((name, argument.meaning) for name, argument in ARGUMENTS.items())
+    if isinstance(number, Number)
 }
 _RANGES |= {
     "deviations": Range(minimum=-5.0, maximum=5.0, unit="standard deviations"),
@@ -27,7 +28,7 @@ def summary(name: str, model: GaitModel | None, problem: str | None) -> ModelSum
 def description(name: str, model: GaitModel | None, problem: str | None) -> ModelDescription:
     """All about a model; `name`, `model` and `problem` as in `summary`."""
     told, known = _card(name, model), {} if model is None else model.describe()
-    taken = known.pop("takes", [name for name, argument in ARGUMENTS.items() if not argument.number.cyclic])
+    taken = known.pop("takes", [name for name, argument in ARGUMENTS.items() if not argument.meaning.cyclic])
     return ModelDescription(
         **known | _common(name, model, problem, told) | {"card": told},
         synthesis=model is not None,

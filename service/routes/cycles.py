@@ -53,9 +53,9 @@ def _made(model: GaitModel, asked: CycleRequest) -> tuple[Cycle, np.ndarray]:
         raise Problem(422, f"{asked.model} makes no cycles in place", field="/model")
     components = model.components()
     if asked.seed is not None:
-        walker = model.draw_walker(np.random.default_rng(asked.seed), asked.speed, asked.height)
+        walker = model.draw_walker(np.random.default_rng(asked.seed), asked.speed, asked.height, asked.person)
     else:
         given = asked.deviations or () if asked.scores is None else None
         walker = model.walker(deviations=given, scores=asked.scores)
-    made = cycle(model, walker=walker, **asked.model_dump(include={"speed", "height", "samples"}))
+    made = cycle(model, walker=walker, **asked.model_dump(include={"speed", "height", "weight", "samples"}))
     return made, (np.array(walker.scores) - components.means) / components.deviations

@@ -1,11 +1,11 @@
 """Types shared by the schemas."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
-from motionenv.arguments import ARGUMENTS, WALK_ARGUMENTS, Argument
+from motionenv.arguments import ARGUMENTS, WALK_ARGUMENTS, Argument, Choice
 
 #: A model's name.
 ModelName = Annotated[
@@ -40,10 +40,12 @@ def walk_request(*names: str) -> Any:
 
 
 def _field(argument: Argument) -> Any:
-    number = argument.number
-    bounds: dict[str, Any] = {"ge": number.low, "le": number.high, "gt": number.above}
+    meaning = argument.meaning
+    if isinstance(meaning, Choice):
+        return Literal[meaning.words], Field(argument.default, description=meaning.help)
+    bounds: dict[str, Any] = {"ge": meaning.low, "le": meaning.high, "gt": meaning.above}
     finite = {name: bound for name, bound in bounds.items() if np.isfinite(bound)}
-    return argument.type, Field(argument.default, description=number.help, **finite)
+    return argument.type, Field(argument.default, description=meaning.help, **finite)
 
 
 WalkRequest = walk_request("speed", *WALK_ARGUMENTS)

@@ -10,7 +10,7 @@ from service.schemas.synthesis import Deviation, Point, Radii, Row25, Score
 Markers = Annotated[list[Annotated[list[float | None], Field(min_length=3, max_length=3)]], Field(min_length=15)]
 
 
-class CycleRequest(walk_request("speed", "height")):  # type: ignore[misc]
+class CycleRequest(walk_request("speed", "height", "weight", "person")):  # type: ignore[misc]
     """A walker; without seed, deviations and scores, the average one."""
 
     model: ModelName = "walk/fpca"

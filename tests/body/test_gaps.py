@@ -9,7 +9,7 @@ from motionenv.errors import GapError
 from motionenv.types import MARKERS, POSE
 
 BODY = from_height()
-UPPER = ("torso", "shoulders"), ("sternum", "left_shoulder", "right_shoulder")
+UPPER = ("left_trunk", "right_trunk", "left_shoulder", "right_shoulder"), ("sternum", "left_shoulder", "right_shoulder")
 
 
 @pytest.mark.parametrize("entry", range(25))

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
 from motionenv.body import LIMBS, body_mesh, forward, from_height, limb_meshes, limb_segments, rounded_cone
-from motionenv.body.skeleton import CLOTHES, LIMB_SEGMENT, SEGMENT_ORIGIN
+from motionenv.body.limbs import CLOTHES, LIMB_SEGMENT
+from motionenv.body.skeleton import SEGMENT_ORIGIN
 from motionenv.errors import GapError, MotionError
 
 SIZES = st.floats(0.01, 0.3)
@@ -88,12 +89,14 @@ def test_whole_body_stands_on_the_ground():
     assert mesh.is_watertight
     np.testing.assert_allclose(mesh.bounds[:, 2], [0, 1.8], atol=0.02)
     colours = {tuple(c) for c in mesh.visual.vertex_colors}
-    assert len(colours) == len(set(CLOTHES)) == 4
+    assert len(colours) == len(set(CLOTHES)) == 5
     left = mesh.vertices[:, 1].max()
     assert -mesh.vertices[:, 1].min() == pytest.approx(left)
     with pytest.raises(MotionError, match=r"one pose \(25,\)"):
         body_mesh(np.full(25, np.inf), skeleton)
     pose[6:17] = np.nan  # a lower body: nothing above the pelvis
-    assert body_mesh(pose, skeleton).bounds[1, 2] == pytest.approx(limb_segments(pose, skeleton)[2, 0, 2] + 0.052 * 1.8)
+    hips = LIMBS.index("pelvis")
+    top = limb_segments(pose, skeleton)[hips, 0, 2] + skeleton.radii[hips, 0]
+    assert body_mesh(pose, skeleton).bounds[1, 2] == pytest.approx(top)
     with pytest.raises(GapError, match="no limb"):
         body_mesh(np.full(25, np.nan), skeleton)

@@ -6,7 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from motionenv._core.compilation import kernel
 from motionenv.body import simd
-from motionenv.body.skeleton import ANKLE_HEIGHT, LIMB_SHIFTS, LIMBS
+from motionenv.body.limbs import LIMB_SHIFTS, LIMBS
+from motionenv.body.skeleton import ANKLE_HEIGHT
 
 HEEL, TOE = LIMB_SHIFTS[LIMBS.index("left_foot")][:, [0, 2]]  # (x, z) in the foot's frame, in body heights
 

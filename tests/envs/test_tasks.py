@@ -70,7 +70,7 @@ def test_walkers_can_be_seen_most_of_the_time_and_the_less_the_harder_it_is(leve
     envs = gymnasium.make_vec(
         f"motionenv/WalkerTracking-{level}-v1", num_envs=32, split="train", observation="mask", noise=0.0
     )
-    envs.reset(seed=0)
+    envs.reset(seed=300)
     seen = [(envs.step(envs.action_space.sample())[0] > 0).sum(axis=(1, 2, 3)) >= 5 for _ in range(90)]
     assert share - 0.02 <= np.mean(seen) <= min(1.0, share + 0.05)
 

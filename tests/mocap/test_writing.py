@@ -113,7 +113,7 @@ class TestRefuses:
     def test_a_skeleton_of_other_limbs(self, suffix, any_motion, tmp_path):
         body = any_motion(1).skeleton
         other = Skeleton(body.offsets, body.radii[:4], body.height)
-        assert "17 limbs, got 4" in self.refused(np.zeros((2, 25)), other, suffix, tmp_path)
+        assert "22 limbs, got 4" in self.refused(np.zeros((2, 25)), other, suffix, tmp_path)
 
     def test_a_folder_that_is_not_there(self, suffix, any_motion, tmp_path):
         with pytest.raises(MotionError, match="choose a folder that exists"):

@@ -37,7 +37,7 @@ def test_same_body(camera, height, walking):
         for limb in range(1, len(LIMBS) + 1):
             inside[i] |= binary_erosion((a.limbs[i] == limb) & (b.limbs[i] == limb), np.ones((3, 3)))
     assert inside.any()
-    assert np.abs(a.rgb.astype(int) - b.rgb)[inside].max() <= 8
+    assert np.abs(a.rgb.astype(int) - b.rgb)[inside].max() <= 10  # of 255, on the nose
 
 
 def test_same_ground_sky_and_shadow(walking):

@@ -90,8 +90,8 @@ def odd(**changes) -> Camera:
         ({"cameras": [*views(2), *views(1, size=32)]}, "must have the same image size"),
         ({"cameras": odd(K=np.eye(3) * 2)}, r"Camera\.K must be invertible with last row \(0, 0, 1\)"),
         ({"cameras": odd(K=np.diag([0.0, 1, 1]))}, r"Camera\.K must be invertible"),
-        ({"skeleton": Skeleton(SKELETON.offsets, SKELETON.radii[:4], 1.75)}, r"17 pairs above 0, got \(4, 2\)"),
-        ({"skeleton": Skeleton(SKELETON.offsets, SKELETON.radii * 0, 1.75)}, "17 pairs above 0|radii"),
+        ({"skeleton": Skeleton(SKELETON.offsets, SKELETON.radii[:4], 1.75)}, r"22 pairs above 0, got \(4, 2\)"),
+        ({"skeleton": Skeleton(SKELETON.offsets, SKELETON.radii * 0, 1.75)}, "22 pairs above 0|radii"),
     ],
 )
 def test_what_can_not_be_drawn_is_named(bad, says):
@@ -114,7 +114,7 @@ def test_limbs_wear_their_clothes():
         ("head", [1, 0, 0]),
         ("left_hand", [1, 0, 0]),
         ("right_upper_arm", [0, 1, 0]),
-        ("torso", [0, 1, 0]),
+        ("left_trunk", [0, 1, 0]),
         ("left_shin", [0, 0, 1]),
         ("right_foot", [1, 1, 1]),
     ):

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv.body.fitting._torso import TORSO, checked_nodes, median, torso_shape
-from motionenv.body.skeleton import NODES, from_height, limb_radii
+from motionenv.body.limbs import from_height, limb_radii
+from motionenv.body.skeleton import NODES
 from motionenv.errors import GapError, MotionError
 from motionenv.types import Skeleton
 

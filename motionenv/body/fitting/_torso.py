@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.rotations import nearest
-from motionenv.body.skeleton import NODES, from_height
+from motionenv.body.limbs import from_height
+from motionenv.body.skeleton import NODES
 from motionenv.errors import MotionError
 
 _I = {name: i for i, name in enumerate(NODES)}

@@ -1,10 +1,10 @@
 """COCO keypoints: pictures, and one JSON file of who is in them, as pycocotools and most detectors' trainers read it.
 
 `images/shard-000012/000000049152.png` are the pictures (in clips `..._003.png`, the frame). Everybody of whom a pixel
-is seen has an annotation, with COCO's 17 keypoints, of which our body has all but the five of the face; `markers` are
-all of our 15 in the same form. Beside COCO's fields, pictures have `clip` and `frame`, and the camera's `K`, `R`, `t`;
-people have their `joints` (15, 3) [m] and the number of the `walker`, as far as the specification asks for them.
-Numbers begin with 1: pycocotools takes an annotation with the number 0 for one that nothing matches.
+is seen has an annotation, with COCO's 17 keypoints; `markers` are all of our 15 in the same form. Beside COCO's fields,
+pictures have `clip` and `frame`, and the camera's `K`, `R`, `t`; people have their `joints` (15, 3) [m] and the number
+of the `walker`, as far as the specification asks for them. Numbers begin with 1: pycocotools takes an annotation with
+the number 0 for one that nothing matches.
 `annotations/person_keypoints.json` is put together from one part for each shard.
 """
 
@@ -18,6 +18,7 @@ import numpy as np
 import orjson
 
 from motionenv.body import EDGES
+from motionenv.body.face import FACE
 from motionenv.data.formats.encoding import SUFFIX, encoded, while_drawing
 from motionenv.data.samples import Sample
 from motionenv.data.specification import Specification
@@ -25,15 +26,14 @@ from motionenv.data.store import Store
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS
 
-_FACE = ("nose", "left_eye", "right_eye", "left_ear", "right_ear")
 #: COCO's keypoints, in its order.
 KEYPOINTS = (
-    *_FACE, *(f"{side}_{part}" for part in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
+    *FACE, *(f"{side}_{part}" for part in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
               for side in ("left", "right")),
 )  # fmt: skip
-_BODY = [MARKERS.index(name) for name in KEYPOINTS[len(_FACE) :]]
+_BODY = [MARKERS.index(name) for name in KEYPOINTS[len(FACE) :]]
 _EDGES = [(16, 14), (14, 12), (17, 15), (15, 13), (12, 13), (6, 12), (7, 13), (6, 7), (6, 8), (7, 9), (8, 10), (9, 11)]
-_NEEDED = ("rgb", "people", "pixels", "visibility")
+_NEEDED = ("rgb", "people", "pixels", "visibility", "face")
 _PEOPLE = 16  # most in a picture, for the numbers of annotations
 _WHOLE = "annotations/person_keypoints.json"
 
@@ -112,15 +112,16 @@ def _described(sample: Sample, spec: Specification) -> list[tuple[bytes, list[tu
     """Each frame of a sample as a file, and the numbers and annotations of the people whom it shows."""
     lead = (spec.clip,)  # single pictures lack the axis of frames
     rgb, people = (sample[name].reshape(lead + sample[name].shape[-n:]) for name, n in (("rgb", 3), ("people", 2)))
-    pixels, seen = [sample["pixels"].reshape(-1, 15, 2)], [sample["visibility"].reshape(-1, 15)]
+    everybody = [(sample["pixels"], sample["visibility"], sample["face"])]
     if spec.people.passers_by[1]:
-        pixels += list(sample["others_pixels"].reshape(-1, spec.clip, 15, 2))
-        seen += list(sample["others_visibility"].reshape(-1, spec.clip, 15))
+        everybody += zip(*(sample[f"others_{name}"] for name in ("pixels", "visibility", "face")), strict=True)
+    shapes = (15, 2), (15,), (5, 3)
+    points = [[part.reshape(-1, *shape) for part, shape in zip(one, shapes, strict=True)] for one in everybody]
     made = []
     for k in range(spec.clip):
         found = [
-            (who, {**_annotation(people[k] == who + 1, points[k], shown[k]), **_of_person(sample, who, k)})
-            for who, (points, shown) in enumerate(zip(pixels, seen, strict=True))
+            (who, {**_annotation(people[k] == who + 1, *(part[k] for part in one)), **_of_person(sample, who, k)})
+            for who, one in enumerate(points)
             if (people[k] == who + 1).any()
         ]
         made.append((encoded(rgb[k], spec.output.picture), found))
@@ -144,12 +145,13 @@ def _of_person(sample: Sample, who: int, frame: int) -> dict[str, Any]:
     return known
 
 
-def _annotation(mask: np.ndarray, pixels: np.ndarray, seen: np.ndarray) -> dict[str, Any]:
+def _annotation(mask: np.ndarray, pixels: np.ndarray, seen: np.ndarray, face: np.ndarray) -> dict[str, Any]:
     """Outline, box, area and keypoints of somebody who is seen in `mask` (height, width)."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     left, top = int(columns[0]), int(rows[0])
     markers = np.column_stack([np.where(seen[:, None] > 0, np.round(pixels, 2), 0), seen])
-    keypoints = np.concatenate([np.zeros((len(_FACE), 3)), markers[_BODY]])
+    face = np.where(face[:, 2:] > 0, np.round(face, 2), 0)
+    keypoints = np.concatenate([face, markers[_BODY]])
     return {
         "bbox": [left, top, int(columns[-1]) - left + 1, int(rows[-1]) - top + 1],
         "area": int(mask.sum()),

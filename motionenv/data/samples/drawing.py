@@ -2,18 +2,16 @@
 
 import numpy as np
 
-from motionenv.body.skeleton import COLOURS
+from motionenv.body.limbs import COLOURS
 from motionenv.data.samples._merge_kernel import put_person
 from motionenv.data.samples.groups import Group
 from motionenv.data.samples.walkers import CLOTHES, LIGHT, PELVIS, SCENERY, WALKERS, generator
 from motionenv.data.specification import Specification
-from motionenv.render.raycast.multi_body import MultiBodyRaycaster
+from motionenv.render.raycast.multi_body import WORN, MultiBodyRaycaster, outfits
 from motionenv.render.scene import Scene
 from motionenv.render.sensors.augmentation import FAR, Augmentation, Augmenter
 from motionenv.types import Frame
 
-_SKIN = np.array([(0.27, 0.17, 0.12), (0.96, 0.80, 0.69)])  # darkest and lightest, sRGB
-_BRIGHT = np.array([[1.0], [1.0], [0.75], [0.6]])  # greatest brightness of skin, shirt, trousers and shoes
 _BEHIND = 2.0  # distance of the background relative to the walker's
 
 
@@ -25,7 +23,8 @@ class Drawing:
         self._raycaster: tuple[int, MultiBodyRaycaster] | None = None
         self._scenery = None
         if look.background != "black":
-            self._scenery = Augmentation(look.background, look.objects, look.occluders, look.noise, look.flicker)
+            numbers = look.objects, look.occluders, look.noise, look.flicker
+            self._scenery = Augmentation(look.background, *numbers, people=False)
         self._dressed: tuple[int, np.ndarray] | None = None
 
     def draw(self, group: Group, which: np.ndarray) -> dict[str, np.ndarray]:
@@ -99,15 +98,14 @@ class Drawing:
         )  # fmt: skip
 
     def _colours(self, group: Group) -> np.ndarray:
-        """Colours (1 + most passers-by, n, 4, 3) of skin and clothes of everybody in a group's samples."""
+        """Colours (1 + most passers-by, n, 5, 3) of skin and clothes of everybody in a group's samples."""
         if self._dressed is None or self._dressed[0] != group.number:
             people, n = 1 + len(group.passers.present), len(group.poses)
             if self.spec.people.clothes:
-                drawn = generator(self.spec.seed, group.number, CLOTHES).random((people, n, 4, 3)) * _BRIGHT
-                drawn[:, :, 0] = _SKIN[0] + drawn[:, :, 0, :1] * (_SKIN[1] - _SKIN[0])
+                drawn = outfits(generator(self.spec.seed, group.number, CLOTHES).random((people, n, len(WORN), 3)))
                 drawn[0] = drawn[0, np.arange(n) % WALKERS]  # who walks wears the same in all views
             else:
-                drawn = np.broadcast_to(np.array([*COLOURS.values()]), (people, n, 4, 3))
+                drawn = np.broadcast_to(np.array([*COLOURS.values()]), (people, n, len(WORN), 3))
             self._dressed = group.number, drawn
         return self._dressed[1]
 

@@ -3,7 +3,8 @@
 import numpy as np
 
 from motionenv.body import LIMBS
-from motionenv.data.samples.views import Views, place, visibility
+from motionenv.body.face import face_points
+from motionenv.data.samples.views import Views, face_visibility, place, visibility
 from motionenv.data.samples.walkers import (
     PASSERS,
     PELVIS,
@@ -18,6 +19,7 @@ from motionenv.data.samples.walkers import (
     turned,
 )
 from motionenv.data.specification import Specification
+from motionenv.types import Skeleton
 
 
 class Group:
@@ -44,6 +46,19 @@ class Group:
         self.joints = joints_in(self.poses, self.offsets)
         self.views = place(spec, self.joints, self.heights, rng)
         self.passers = Passers(spec, number, self.joints, self.views)
+
+    def face(self, which: np.ndarray, drawn: dict[str, np.ndarray]) -> np.ndarray:
+        """`face` of samples `which` (k,), whose pictures are `drawn`: (k, frames, 5, 3)."""
+        body = self.offsets[which], self.radii[which], self.heights[which]
+        return _face(self.views, which, self.poses[which], body, drawn)
+
+
+def _face(views: Views, which: np.ndarray, poses: np.ndarray, body: tuple, drawn: dict[str, np.ndarray]) -> np.ndarray:
+    """Pixels and visibility (k, frames, 5, 3) of the faces of people with `poses` (k, frames, 25)."""
+    points = np.array([face_points(p, Skeleton(*one)) for p, *one in zip(poses, *body, strict=True)])
+    pixels, depth = views.project(points, which)
+    pixels[depth <= 0] = np.nan
+    return np.concatenate([pixels, face_visibility(pixels, depth, drawn)[..., None]], axis=-1)
 
 
 _DEPTHS = (0.45, 2.2)  # of the walker's, between which they pass in the middle of the clip
@@ -108,9 +123,14 @@ class Passers:
         for k in range(most):
             pixels[:, k], depth = self.views.project(self.joints[k, which], which)
             seen[:, k] = visibility(pixels[:, k], depth, drawn, k + 2)
+        faces = [
+            _face(self.views, which, self.poses[k, which], (self.offsets[k, which], self.radii[k, which],
+                  self.heights[k, which]), drawn) for k in range(most)
+        ]  # fmt: skip
         return {
             "others_poses": self.poses[:, which].swapaxes(0, 1),
             "others_joints": self.joints[:, which].swapaxes(0, 1),
             "others_pixels": pixels,
             "others_visibility": seen,
+            "others_face": np.stack(faces, axis=1) if faces else np.zeros((len(which), 0, frames, 5, 3)),
         }

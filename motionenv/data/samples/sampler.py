@@ -16,14 +16,16 @@ A sample is a dict of arrays, by the names in `Output.fields`:
     contact     (frames, 2) bool: left and right foot on the ground
     body        `offsets` (16, 3) and `radii` (limbs, 2) [m] of the walker's `Skeleton`, and its `height` [m]
     camera      `K` (3, 3) [pixels], `R` (3, 3), and `t` (frames, 3) [m]: world → camera, as in OpenCV
-    others      `others_poses`, `others_joints`, `others_pixels` and `others_visibility` of the passers-by, with an axis
-                for them first, as long as there may be at most; NaN and 0 where there are fewer
+    face        (frames, 5, 3) of `motionenv.body.face.FACE`: pixels, and visibility as above
+    others      `others_poses`, `others_joints`, `others_pixels`, `others_visibility` and `others_face` of the
+                passers-by, with an axis for them first, as long as there may be at most; NaN and 0 for fewer
 
-All samples have `index`, and `walker`, the number of who walks, by which to split training from testing. The axis of
+All samples have `index`, and `walker`, a number of who walks that nobody else has, also with another seed. The axis of
 frames is missing from single pictures. The world's origin is on the ground below the pelvis in the first frame, and x
 the walker's mean heading.
 """
 
+import zlib
 from collections import OrderedDict
 from collections.abc import Iterator
 
@@ -42,8 +44,8 @@ Sample = dict[str, np.ndarray]
 _PIXELS = 1 << 22  # of the pictures that are drawn together
 _GROUPS = 2  # kept, for whoever asks for samples in turn
 # Fields with an axis of frames, and those that have one for the passers-by before it.
-_TIMED = {*PICTURES, "poses", "joints", "pixels", "visibility", "detected", "phase", "contact", "t"}
-_OTHERS = {"others_poses", "others_joints", "others_pixels", "others_visibility"}
+_TIMED = {*PICTURES, "poses", "joints", "pixels", "visibility", "detected", "phase", "contact", "t", "face"}
+_OTHERS = {"others_poses", "others_joints", "others_pixels", "others_visibility", "others_face"}
 
 
 class Sampler:
@@ -56,11 +58,13 @@ class Sampler:
     def __init__(self, spec: Specification) -> None:
         self.spec = spec
         self.per_group = WALKERS * spec.people.views
+        # Other people are drawn with another seed, or other wishes: the numbers of a sort of people begin elsewhere.
+        self._first = zlib.crc32(f"{spec.seed} {spec.people.model_dump_json()}".encode()) << 21
         self._groups: OrderedDict[int, Group] = OrderedDict()
         wanted = set(spec.output.fields)
         self._wanted = wanted
-        needs_pictures = wanted & {*PICTURES, "visibility"} or ("others" in wanted and spec.people.passers_by[1] > 0)
-        self._drawing = Drawing(spec, rgb="rgb" in wanted) if needs_pictures else None
+        seen = {*PICTURES, "visibility", "face"} | ({"others"} if spec.people.passers_by[1] else set())
+        self._drawing = Drawing(spec, rgb="rgb" in wanted) if wanted & seen else None
 
     def samples(self, start: int, stop: int) -> Iterator[Sample]:
         """The samples of indices `start` to `stop`, in order, each drawn when it is asked for or shortly before."""
@@ -91,7 +95,8 @@ class Sampler:
             found = {name: _without_frames(name, values) for name, values in found.items()}
         first = group.number * self.per_group
         for k, j in enumerate(which.tolist()):
-            sample = {"index": np.array(first + j), "walker": np.array(group.number * WALKERS + j % WALKERS)}
+            walker = self._first + group.number * WALKERS + j % WALKERS
+            sample = {"index": np.array(first + j), "walker": np.array(walker)}
             sample |= {name: values[k] for name, values in found.items()}
             yield sample
 
@@ -101,6 +106,8 @@ class Sampler:
         if "visibility" in self._wanted:
             joints = group.views.project(group.joints[which], which)
             found["visibility"] = visibility(*joints, drawn, 1)
+        if "face" in self._wanted:
+            found["face"] = group.face(which, drawn)
         if "others" in self._wanted:
             found |= group.passers.truth(which, drawn)
         return found

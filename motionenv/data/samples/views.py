@@ -99,16 +99,18 @@ def _ways(ground: np.ndarray, fps: float) -> np.ndarray:
     return np.concatenate([way, np.zeros((*way.shape[:2], 1))], axis=-1)
 
 
+_SKIN = 0.02  # [m] by which a pixel's surface may be nearer than a point of the face in it
 #: Values of visibility, as in COCO.
 OUTSIDE, HIDDEN, SEEN = 0, 1, 2
 
+_TRUNK = ("left_trunk", "right_trunk")
+_CHEST = (*_TRUNK, "left_shoulder", "right_shoulder")
 # Limbs that meet at a joint, and so don't hide it; {} is the joint's side.
 _MEET = {
-    "head": ("head", "neck"), "sternum": ("torso", "shoulders", "neck"),
-    "pelvis": ("torso", "pelvis", "left_thigh", "right_thigh"), "hip": ("torso", "pelvis", "{}_thigh"),
-    "knee": ("{}_thigh", "{}_shin"), "ankle": ("{}_shin", "{}_foot"),
-    "shoulder": ("torso", "shoulders", "{}_upper_arm"), "elbow": ("{}_upper_arm", "{}_forearm"),
-    "wrist": ("{}_forearm", "{}_hand"),
+    "head": ("head", "neck", "hair"), "sternum": (*_CHEST, "neck"),
+    "pelvis": (*_TRUNK, "pelvis", "left_thigh", "right_thigh"), "hip": (*_TRUNK, "pelvis", "{}_thigh"),
+    "knee": ("{}_thigh", "{}_shin"), "ankle": ("{}_shin", "{}_foot"), "shoulder": (*_CHEST, "{}_upper_arm"),
+    "elbow": ("{}_upper_arm", "{}_forearm"), "wrist": ("{}_forearm", "{}_hand"),
 }  # fmt: skip
 _MEETS = np.zeros((len(MARKERS), 1 + len(LIMBS)), bool)  # at joints (rows), the limbs with these ids
 for _row, _name in zip(_MEETS, MARKERS, strict=True):
@@ -126,13 +128,23 @@ def visibility(pixels: np.ndarray, depth: np.ndarray, drawn: dict[str, np.ndarra
         drawn: `depth`, `limbs` and `people` (n, frames, height, width) of the pictures.
         number: of the person in `people`.
     """
+    inside, at = _pictured(pixels, depth, drawn)
+    own = (drawn["people"][at] == number) & _MEETS[np.arange(len(MARKERS)), drawn["limbs"][at]]
+    return np.where(inside, np.where(own | (drawn["depth"][at] >= depth), SEEN, HIDDEN), OUTSIDE).astype(np.uint8)
+
+
+def face_visibility(pixels: np.ndarray, depth: np.ndarray, drawn: dict[str, np.ndarray]) -> np.ndarray:
+    """`visibility` of points of the face, (n, frames, 5): they lie on the surface, so nothing may be nearer."""
+    inside, at = _pictured(pixels, depth, drawn)
+    return np.where(inside, np.where(drawn["depth"][at] >= depth - _SKIN, SEEN, HIDDEN), OUTSIDE).astype(np.uint8)
+
+
+def _pictured(pixels: np.ndarray, depth: np.ndarray, drawn: dict[str, np.ndarray]) -> tuple[np.ndarray, tuple]:
+    """Whether points (n, frames, k) are inside their picture, and the indices of their pixels in `drawn`."""
     rows, columns = drawn["depth"].shape[-2:]
     with np.errstate(invalid="ignore"):
         inside = ((pixels > -0.5) & (pixels < np.array([columns, rows]) - 0.5)).all(-1) & (depth > 0)
     at = np.where(inside[..., None], pixels, 0)
     column, row = np.rint(at[..., 0]).astype(np.intp), np.rint(at[..., 1]).astype(np.intp)
     n, frame = np.ogrid[: len(pixels), : pixels.shape[1]]
-    place = n[..., None], frame[..., None], row, column
-    own = (drawn["people"][place] == number) & _MEETS[np.arange(len(MARKERS)), drawn["limbs"][place]]
-    shown = own | (drawn["depth"][place] >= depth)
-    return np.where(inside, np.where(shown, SEEN, HIDDEN), OUTSIDE).astype(np.uint8)
+    return inside, (n[..., None], frame[..., None], row, column)

@@ -76,11 +76,12 @@ def record(spec: Specification, group: int, stream: int = MOTION) -> list[Record
         raise MotionError(
             f"people.models takes models that walk steadily, such as walk/fpca; a {model.kind} model doesn't"
         )
-    heights = rng.uniform(*people.height, WALKERS)
+    heights = [None] * WALKERS if people.height is None else rng.uniform(*people.height, WALKERS).tolist()
     drawn = rng.uniform(*(people.speed or SPEED_RANGE[:2]), WALKERS).tolist()
     speeds = [None] * WALKERS if people.speed is None else drawn
     seconds = frames_of(spec)[0] / spec.fps
-    made = model.synthesize_batch(seconds, spec.fps, heights=heights, speeds=speeds, seed=rng)
+    who = {"heights": heights, "speeds": speeds, "person": people.person}
+    made = model.synthesize_batch(seconds, spec.fps, **who, seed=rng)
     turning = rng.random(WALKERS) < people.turning
     courses = rng.integers(2**63, size=WALKERS)
     return [

@@ -16,15 +16,22 @@ from typing import Protocol
 
 import numpy as np
 
-from motionenv._core.validation import checked_fps, checked_number, checked_range, checked_whole, did_you_mean
+from motionenv._core.validation import (
+    checked_choice,
+    checked_fps,
+    checked_number,
+    checked_range,
+    checked_whole,
+    did_you_mean,
+)
 from motionenv.body.gaps import PARTS, check_shown
-from motionenv.body.skeleton import limb_radii
+from motionenv.body.limbs import resized
 from motionenv.errors import MotionError
 from motionenv.mocap.units_axes import metres_per
 from motionenv.models.registry import gait_model, names
 from motionenv.models.synthesis import synthesize
 from motionenv.models.transforms import resample
-from motionenv.types import FPS_RANGE, HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE, Motion, Skeleton
+from motionenv.types import FPS_RANGE, HEIGHT_RANGE, PEOPLE, SECONDS_MOST, SPEED_RANGE, Motion, Skeleton
 
 #: Splits of walkers for training and evaluation of agents.
 SPLITS = ("train", "eval")
@@ -32,8 +39,6 @@ SPLITS = ("train", "eval")
 WALKERS = 512
 #: One in this many captured people is for evaluation.
 EVAL_SHARE = 4
-#: Default range of body heights [m] of a model's walkers.
-HEIGHT = (1.5, 1.95)
 
 _SPARE = 1.5  # [s] length of a recording beyond that of an episode, so that episodes start at any phase
 _LONGEST = SECONDS_MOST - 10.0  # of an episode, as recordings of models are longer
@@ -53,10 +58,11 @@ class Source:
         split: one of `SPLITS`. A single file is one person, used in both.
         frames, fps: number of frames of an episode, and their rate [Hz].
         speed: (low, high) walking speed [m/s] of a model's walkers; None uses the model's own.
-        height: (low, high) body height [m]; None is `HEIGHT` for models, and captured people's own.
+        height: (low, high) body height [m]; None is people's own.
         file_fps, unit: frame rate and unit of length of capture files that don't specify them.
         seed: None, or the seed of `motionenv.synthesize`, whose motion every episode then shows from its first frame,
             in both splits; `speed` and `height` must then be one number given twice, or None for the model's own.
+        person: kind of people of a model, one of `motionenv.types.PEOPLE`.
     """
 
     motion: str
@@ -68,6 +74,7 @@ class Source:
     file_fps: float | None = None
     unit: str | None = None
     seed: int | None = None
+    person: str = "adult"
 
     def __post_init__(self) -> None:
         if self.split not in SPLITS:
@@ -86,6 +93,7 @@ class Source:
             object.__setattr__(self, "speed", checked_range(self.speed, "speed", *SPEED_RANGE))
         if self.height is not None:
             object.__setattr__(self, "height", checked_range(self.height, "height", *HEIGHT_RANGE))
+        checked_choice(self.person, "person", PEOPLE)
         if self.seed is not None:
             _check_seeded(self.seed, self.speed, self.height)
 
@@ -139,10 +147,11 @@ class _Walkers:
         source, n = self._source, self._model.batch_size
         key = (SPLITS.index(source.split), block)
         rng = np.random.default_rng(np.random.SeedSequence(0, spawn_key=key))
-        heights = rng.uniform(*(source.height or HEIGHT), n)
+        heights = [None] * n if source.height is None else rng.uniform(*source.height, n).tolist()
         speeds = [None] * n if source.speed is None else rng.uniform(*source.speed, n).tolist()
         seconds = source.frames / source.fps + _SPARE
-        made = self._model.synthesize_batch(seconds, source.fps, heights=heights, speeds=speeds, seed=rng)
+        who = {"heights": heights, "speeds": speeds, "person": source.person}
+        made = self._model.synthesize_batch(seconds, source.fps, **who, seed=rng)
         check_shown(made[0].poses, PARTS, f"an episode of {source.motion}")
         return made if self._model.steady else [_ahead(motion) for motion in made]
 
@@ -153,7 +162,8 @@ class _Repeated:
     def __init__(self, source: Source):
         speed, height = (None if wanted is None else wanted[0] for wanted in (source.speed, source.height))
         seconds = source.frames / source.fps
-        self._motion = synthesize(source.motion, seconds, source.fps, seed=source.seed, speed=speed, height=height)
+        who = {"speed": speed, "height": height, "person": source.person}
+        self._motion = synthesize(source.motion, seconds, source.fps, seed=source.seed, **who)
         check_shown(self._motion.poses, PARTS, f"an episode of {source.motion}")
 
     def draw(self, _: np.random.Generator) -> tuple[np.ndarray, Skeleton]:
@@ -183,7 +193,7 @@ class _Captured:
         factor = height / body.height
         poses = poses.copy()
         poses[:, :3] *= factor
-        return poses, Skeleton(body.offsets * factor, limb_radii(height), height)
+        return poses, resized(body, height)
 
 
 def is_evaluated(person: str) -> bool:

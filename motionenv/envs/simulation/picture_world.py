@@ -117,6 +117,7 @@ class PictureArguments(SimulatedArguments):
     horizon: int = 90
     speed: tuple[float, float] | None = None
     height: tuple[float, float] | None = None
+    person: str = "adult"
     clothes: bool = True
     estimate: str = "pose"
     n_belief: int = 64
@@ -136,7 +137,8 @@ class PictureArguments(SimulatedArguments):
     def world(self, n: int) -> PictureWorld:
         sense = PictureSettings(self.observation, self.size)
         scenery = Augmentation(self.background, self.distractors, self.occluders, self.noise, self.brightness)
-        frames, reading = episode_frames(self.horizon), (self.file_fps, self.unit, self.motion_seed)
+        frames = episode_frames(self.horizon)
+        reading = (self.file_fps, self.unit, self.motion_seed, self.person)
         source = Source(self.motion, self.split, frames, self.fps, self.speed, self.height, *reading)
         motions, view = self.staged(source)
         scoring = {"threads": self.threads, "actions": self.actions, "reach": view.reach, **self.scored}

@@ -10,12 +10,12 @@ from gymnasium import spaces
 from motionenv._core.validation import checked_whole
 from motionenv.body import LIMBS
 from motionenv.body.joints_kernel import joints_of
-from motionenv.body.skeleton import COLOURS
+from motionenv.body.limbs import COLOURS
 from motionenv.envs.simulation.motion_sources import Recordings
 from motionenv.envs.simulation.views import FOV, View
 from motionenv.errors import MotionError
 from motionenv.render.cameras import view as camera_view
-from motionenv.render.raycast.multi_body import MultiBodyRaycaster
+from motionenv.render.raycast.multi_body import WORN, MultiBodyRaycaster, outfits
 from motionenv.render.sensors.augmentation import FAR, Augmentation, Augmenter
 from motionenv.types import Camera, Frame, Skeleton
 
@@ -23,9 +23,6 @@ from motionenv.types import Camera, Frame, Skeleton
 SIZES = (36, 256)
 #: Observable image types.
 SENSES = ("rgb", "mask", "depth")
-
-_SKIN = np.array([(0.27, 0.17, 0.12), (0.96, 0.80, 0.69)])  # darkest and lightest, sRGB
-_BRIGHT = np.array([[1.0], [1.0], [0.75], [0.6]])  # greatest brightness of skin, shirt, trousers and shoes
 
 
 class Motions(Protocol):
@@ -57,7 +54,7 @@ class Stage:
         time: (n,) current frame of each episode.
         poses: (n, frames, 25) [m, rad].
         offsets, radii, heights: of the bodies, (n, 16, 3), (n, limbs, 2) and (n,) [m].
-        colours: (n, 4, 3) of `motionenv.render.raycast.multi_body.WORN`.
+        colours: (n, 5, 3) of `motionenv.render.raycast.multi_body.WORN`.
         K, R, t: intrinsics and extrinsics of the cameras, (n, 3, 3), (n, 3, 3), (n, 3).
         pan: (n, frames) [pixels] shift of the background to the left since the start.
     """
@@ -93,7 +90,7 @@ class Stage:
             self.R[slot], self.t[slot] = placed.R, placed.t
             self.pan[slot] = placed.way * focal / placed.behind
             if self.clothes:
-                self.colours[slot] = _colours(rng)
+                self.colours[slot] = outfits(rng.random((len(WORN), 3)))
             self._scenery.begin(slot, rng, distance=placed.away, behind=placed.behind, focal=focal)
         self.time[slots] = 0
 
@@ -184,10 +181,3 @@ _SEEN = {
     "mask": lambda frame: _mask(frame.limbs)[..., None],
     "depth": lambda frame: frame.depth[..., None].copy(),
 }
-
-
-def _colours(rng: np.random.Generator) -> np.ndarray:
-    """Colours (4, 3) of skin, shirt, trousers and shoes, sRGB from 0 to 1."""
-    drawn = rng.random((4, 3)) * _BRIGHT
-    drawn[0] = _SKIN[0] + drawn[0, 0] * (_SKIN[1] - _SKIN[0])
-    return drawn

@@ -10,7 +10,7 @@ import numpy as np
 from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_choice
 from motionenv.body.kinematics import markers
-from motionenv.body.skeleton import from_height
+from motionenv.body.limbs import from_height
 from motionenv.errors import FormatError
 from motionenv.types import MARKERS, POSE
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from motionenv._core.rotations import to_euler, unwrap_euler
 from motionenv.body.kinematics import forward
-from motionenv.body.skeleton import LIMB_SHIFTS, LIMBS, NODES, SEGMENTS
+from motionenv.body.limbs import LIMBS, limb_shifts
+from motionenv.body.skeleton import NODES, SEGMENTS
 from motionenv.mocap.writers.common import (
     check_sequence,
     local_rotations,
@@ -88,7 +89,7 @@ def _rest(skeleton: Skeleton) -> dict[str, np.ndarray]:
     nodes = dict(zip(NODES, forward(np.zeros(25), skeleton)[0], strict=True))
     rest = {joint: nodes[node] for joint, (_, node) in _JOINTS.items()}
     for joint, limb in _TIPS.items():
-        start, end = LIMB_SHIFTS[LIMBS.index(limb)] * skeleton.height
+        start, end = limb_shifts(skeleton)[LIMBS.index(limb)]
         radius = skeleton.radii[LIMBS.index(limb), 1]
         rest[f"{joint} tip"] = rest[joint] + end + radius * (end - start) / np.linalg.norm(end - start)
     rest["Head"] = 0.5 * (nodes["neck"] + nodes["head"])

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from motionenv._core.files import atomic_write
 from motionenv.body import gaps
 from motionenv.body.kinematics import forward
-from motionenv.body.skeleton import LIMBS, SEGMENT_PARENT
+from motionenv.body.limbs import LIMBS
+from motionenv.body.skeleton import SEGMENT_PARENT
 from motionenv.errors import GapError, MotionError
 from motionenv.types import POSE, Motion
 

@@ -11,8 +11,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from motionenv.body.kinematics import forward
+from motionenv.body.limbs import CLOTHES, COLOURS, LIMB_SEGMENT
 from motionenv.body.meshes import Mesh, limb_meshes
-from motionenv.body.skeleton import CLOTHES, COLOURS, LIMB_SEGMENT, SEGMENT_ORIGIN, SEGMENT_PARENT, SEGMENTS
+from motionenv.body.skeleton import SEGMENT_ORIGIN, SEGMENT_PARENT, SEGMENTS
 from motionenv.mocap.writers import common
 from motionenv.mocap.writers.common import y_up
 from motionenv.types import Motion, Skeleton

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from motionenv._core.principal_axes import numerical_rank, signs
 from motionenv._core.validation import checked_whole, random_generator
 from motionenv.arguments import Request
-from motionenv.body.skeleton import from_height
+from motionenv.body.limbs import from_height
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.contact_rule import SAMPLES
@@ -237,13 +237,10 @@ class FourierModel(GaitModel):
     def _in_place(self, walker: Walker, speed: float | None, height: float | None, samples: int) -> Cycle:
         found, frequency = self._paced(walker, speed, height)
         cycle = found.in_place(samples, 1 / frequency)
-        height = height or (walker.person.height if walker.person else None)
-        if not height:
-            return cycle
-        size = height / cycle.body.height
-        body = scaled(Motion(cycle.poses, cycle.body, samples), height)
+        built = self._built(Motion(cycle.poses, cycle.body, samples), walker, height)
+        size = built.skeleton.height / cycle.body.height
         return replace(
-            cycle, markers=size * cycle.markers, poses=body.poses, body=body.skeleton, stride=size * cycle.stride
+            cycle, markers=size * cycle.markers, poses=built.poses, body=built.skeleton, stride=size * cycle.stride
         )
 
     def crowd(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -265,8 +262,10 @@ class FourierModel(GaitModel):
         self._check_fitted()
         return {"markers": len(MARKERS), "coefficients": int(self.mean_.size)}
 
-    def draw_walker(self, rng: np.random.Generator, speed: float | None = None, height: float | None = None) -> Walker:
-        """Draw a person of `height` [m] and scores from N(0, diag λ) with `rng`.
+    def draw_walker(
+        self, rng: np.random.Generator, speed: float | None = None, height: float | None = None, person: str = "adult"
+    ) -> Walker:
+        """Draw a `person` of `height` [m] and scores from N(0, diag λ) with `rng`.
 
         Scores are drawn again if the body exceeds its joint limits. `speed` has no effect: `synthesize` takes it.
 
@@ -274,11 +273,12 @@ class FourierModel(GaitModel):
             ModelError: not fitted, or almost all walkers exceed their joint limits.
         """
         self._check_fitted()
-        person = draw_person(rng, height=height, about=float(body_heights(self.mean_[None])[0]))
-        seconds = 2 * person.step_length / person.speed
+        about = float(body_heights(self.mean_[None])[0])
+        who = draw_person(rng, person=person, height=height, about=about)
+        seconds = 2 * who.step_length / who.speed
         for _ in range(_TRIES):
             scores = rng.standard_normal(len(self.components_)) * np.sqrt(self.explained_variance_)
-            walker = Walker(self.kind, tuple(scores), seconds, person=person)
+            walker = Walker(self.kind, tuple(scores), seconds, person=who)
             if self.gait_of(walker).excess < _EXCESS:
                 return walker
         raise ModelError(
@@ -293,8 +293,13 @@ class FourierModel(GaitModel):
         """
         found, frequency = self._paced(walker, request.speed, request.height)
         motion = found.motion(_phases(frequency, request), request.fps, name="eigenwalker")
-        height = request.height or (walker.person and walker.person.height)
-        return scaled(motion, height) if height else motion
+        return self._built(motion, walker, request.height)
+
+    def _built(self, motion: Motion, walker: Walker, height: float | None) -> Motion:
+        """The motion of a body as large and broad as the walker, or of a `height` [m]."""
+        height = height or (walker.person and walker.person.height)
+        motion = scaled(motion, height) if height else motion
+        return motion if walker.person is None else replace(motion, skeleton=walker.person.built(motion.skeleton))
 
     def learned_speeds(self) -> tuple[float, float]:
         """The slowest and the fastest captured walk [m/s]."""

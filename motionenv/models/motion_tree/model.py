@@ -251,8 +251,10 @@ class MotionTree(GaitModel):
         self.check()
         return {"pose": 25, "frames": len(self.database_.poses), "windows": len(self.frames_)}
 
-    def draw_walker(self, rng: np.random.Generator, speed: float | None = None, height: float | None = None) -> Walker:
-        """A random window of the database, picked with `rng`; `speed` and `height` have no effect."""
+    def draw_walker(
+        self, rng: np.random.Generator, speed: float | None = None, height: float | None = None, person: str = "adult"
+    ) -> Walker:
+        """A random window of the database, picked with `rng`; the other arguments have no effect."""
         self.check()
         return Walker(self.kind, start=start_window(self, None, rng))
 

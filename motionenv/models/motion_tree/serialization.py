@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from motionenv.body.limbs import current_radii
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.motion_tree.database import Database
 from motionenv.models.motion_tree.features import WINDOW
@@ -128,7 +129,8 @@ def _database(arrays: dict[str, np.ndarray], meta: dict) -> Database:
     labels = {
         name: tuple(np.array(meta["database"][name], dtype=object)[arrays[f"database_{name}"]]) for name in _LABELS
     }
-    skeleton = Skeleton(arrays["skeleton_offsets"], arrays["skeleton_radii"], meta["skeleton"]["height"])
+    height = meta["skeleton"]["height"]
+    skeleton = Skeleton(arrays["skeleton_offsets"], current_radii(arrays["skeleton_radii"], height), height)
     return Database(
         arrays["database_poses"], arrays["database_starts"], mirrored=arrays["database_mirrored"], skeleton=skeleton,
         **labels,

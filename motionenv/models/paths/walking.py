@@ -61,7 +61,8 @@ def walk_along(
         return _steered(model, path, request, speed, walker, rng)
     pace = None if speed is None else pace_of(speed, seconds, path.length)
     drawn = int(rng.integers(2**63))
-    person = walker or model.draw_walker(rng, pace.typical if pace and even is None else even, request.height)
+    typical = pace.typical if pace and even is None else even
+    person = walker or model.draw_walker(rng, typical, request.height, request.person)
 
     def make(span: float, fast: float | None, rate: float = RATE) -> Motion:
         return model.synthesize(span, rate, walker=person, seed=drawn, speed=fast, **walk)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from motionenv.body import skeleton
+from motionenv.body import limbs, skeleton
 from motionenv.models.base import GaitModel
 from motionenv.models.registry import gait_model
 from motionenv.types import MARKERS, POSE
@@ -39,7 +39,7 @@ def parameters(model: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     walkable = gait_model(model)
     treadmill = walkable.treadmill()
     if treadmill is None:
-        body = walkable.body() or skeleton.from_height()
+        body = walkable.body() or limbs.from_height()
         offsets, height, numbers = body.offsets / body.height, body.height, dict[str, np.ndarray]()
     else:
         offsets, height, numbers = treadmill.offsets, treadmill.height, treadmill.arrays
@@ -53,8 +53,8 @@ def parameters(model: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         "traits": [{name: getattr(trait, name) for name in _SHOWN} for trait in found],
         "activities": list(walkable.activities),
     }  # fmt: skip
-    radii = skeleton.limb_radii(1.0)
-    shape = {"offsets": np.asarray(offsets), "limb_shifts": skeleton.LIMB_SHIFTS, "limb_radii": radii}
+    radii = limbs.limb_radii(1.0)
+    shape = {"offsets": np.asarray(offsets), "limb_shifts": limbs.LIMB_SHIFTS, "limb_radii": radii}
     return shape | numbers, description
 
 
@@ -64,7 +64,8 @@ def _described(model: GaitModel, height: float) -> dict[str, Any]:
         "kind": model.kind, "about": model.about, "treadmill": None if treadmill is None else treadmill.frame,
         "steerable": model.steerable,
         "learned_speeds": [float(v) if np.isfinite(v) else None for v in model.learned_speeds()], "height": height,
-        "ankle_height": skeleton.ANKLE_HEIGHT, "limb_segments": skeleton.LIMB_SEGMENT.tolist(),
-        "limb_nodes": skeleton.LIMB_NODES.tolist(), "clothes": skeleton.CLOTHES, "colours": skeleton.COLOURS,
+        "ankle_height": skeleton.ANKLE_HEIGHT, "limb_segments": limbs.LIMB_SEGMENT.tolist(),
+        "limb_nodes": limbs.LIMB_NODES.tolist(), "limbs": limbs.LIMBS,
+        "head_radius": limbs.HEAD_RADIUS, "clothes": limbs.CLOTHES, "colours": limbs.COLOURS,
         "edges": skeleton.EDGES, "markers": MARKERS, "pose": POSE,
     }  # fmt: skip

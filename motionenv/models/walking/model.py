@@ -23,7 +23,8 @@ from motionenv._core.threads import everywhere
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.arguments import Request
 from motionenv.body.gaps import known_markers
-from motionenv.body.skeleton import NODES, limb_radii, symmetric
+from motionenv.body.limbs import limb_radii
+from motionenv.body.skeleton import NODES, symmetric
 from motionenv.errors import FitWarning, GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.contact_rule import SAMPLES
@@ -302,21 +303,23 @@ class WalkingModel(GaitModel):
         self._check_fitted()
         return {"channels": len(self.fpca_.channels_), "harmonics": self.fpca_.n_harmonics}
 
-    def draw_walker(self, rng: np.random.Generator, speed: float | None = None, height: float | None = None) -> Walker:
-        """Draw a person with `rng`, of `height` [m], who then walks at `speed` [m/s].
+    def draw_walker(
+        self, rng: np.random.Generator, speed: float | None = None, height: float | None = None, person: str = "adult"
+    ) -> Walker:
+        """Draw a `person` with `rng`, of `height` [m], who then walks at `speed` [m/s].
 
         Scores are as those of the model's people with such steps, which are as long as the person's.
         """
         self._check_fitted()
-        person = draw_person(rng, height=height, about=self.height_)
-        scale = person.height * person.legs
-        length = np.log(2 * person.step_length / scale)
+        who = draw_person(rng, person=person, height=height, about=self.height_)
+        scale = who.height * who.legs
+        length = np.log(2 * who.step_length / scale)
         z = self.standard(self.sample(1, seed=rng).scores)
         z = self.pace_.longer(z, length - self.pace_.log_length(z), self.pace_.between)
-        seconds = np.array([2 * person.step_length / person.speed])
+        seconds = np.array([2 * who.step_length / who.speed])
         if speed is not None:
             z, seconds = self.pace_.at_speed(z, seconds, scale, speed)
-        return Walker(self.kind, tuple(self._scores(z)[0]), float(seconds[0]), person=person)
+        return Walker(self.kind, tuple(self._scores(z)[0]), float(seconds[0]), person=who)
 
     def make_motion(self, walker: Walker, request: Request, rng: np.random.Generator) -> Motion:
         """The walk of `walker` for a `request`; `rng` draws the variation between cycles."""
@@ -324,16 +327,16 @@ class WalkingModel(GaitModel):
         return self._motions([walker], [request.height], [request.speed], request, rng)[0]
 
     def make_motions(
-        self, seconds: float, fps: float, *, heights: Sequence[float] | np.ndarray,
-        speeds: Sequence[float | None], rng: np.random.Generator,
+        self, seconds: float, fps: float, *, heights: Sequence[float | None] | np.ndarray,
+        speeds: Sequence[float | None], rng: np.random.Generator, person: str = "adult",
     ) -> list[Motion]:  # fmt: skip
         """Walks of n people, computed together, which takes a fraction of the time of one by one.
 
-        They take `seconds` [s] at `fps`, with body `heights` (n,) [m] and `speeds` (n,) [m/s], all numbers or all None.
-        `rng` draws walkers and the variation between cycles.
+        They take `seconds` [s] at `fps`, with body `heights` (n,) [m], None the person's own, and `speeds` (n,) [m/s],
+        all numbers or all None. `rng` draws walkers, each a `person`, and the variation between cycles.
         """
-        asked = [Request(seconds, fps, speed, float(h)) for h, speed in zip(heights, speeds, strict=True)]
-        walkers = [self.draw_walker(rng, height=request.height) for request in asked]
+        asked = [Request(seconds, fps, v, h, person=person) for h, v in zip(heights, speeds, strict=True)]
+        walkers = [self.draw_walker(rng, height=request.height, person=person) for request in asked]
         return self._motions(walkers, heights, speeds, asked[0], rng)
 
     def _motions(self, walkers: list[Walker], heights, speeds, request: Request, rng) -> list[Motion]:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motionenv.body.skeleton import limb_radii
+from motionenv.body.limbs import limb_radii
 from motionenv.types import ANGLES, Skeleton
 
 if TYPE_CHECKING:

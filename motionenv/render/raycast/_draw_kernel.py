@@ -6,7 +6,7 @@ import numpy as np
 
 from motionenv._core.compilation import kernel, part
 from motionenv.body.kinematics import write_limb_segments
-from motionenv.body.skeleton import LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS
+from motionenv.body.limbs import LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS, set_shifts
 from motionenv.render.raycast._ground_kernel import draw_background, draw_shadows
 from motionenv.render.raycast._shade_kernel import shade_body
 from motionenv.render.raycast.limb_kernel import BOX, COLUMNS, GATHER, draw_limb, set_limb
@@ -167,8 +167,10 @@ def draw_crowd(start, stop, bodies, looks, cameras, lights, pictures):
     table, box = np.empty((count, COLUMNS)), np.empty(4, np.int64)
     scratch, where = np.empty((4, GATHER), np.float32), np.empty(GATHER, np.int64)
     ends, dressed = np.empty((1, count, 2, 3)), np.empty((count, 3), np.float32)
+    shifts = np.empty((count, 2, 3))
     for i in range(start, stop):
-        write_limb_segments(poses[i : i + 1], offsets[i], heights[i], LIMB_SEGMENT, LIMB_NODES, LIMB_SHIFTS, ends)
+        set_shifts(LIMB_SEGMENT, LIMB_SHIFTS, radii[i], heights[i], shifts)
+        write_limb_segments(poses[i : i + 1], offsets[i], heights[i], LIMB_SEGMENT, LIMB_NODES, shifts, ends)
         place_limbs(ends[0], radii[i], r[i], t[i], k[i], kinv[i], width, height, table, box)
         clear(depth[i], limbs[i])
         draw_limbs(table, kinv[i], scratch, where, depth[i], limbs[i])

@@ -9,7 +9,7 @@ import numpy as np
 from motionenv._core.threads import Workers
 from motionenv._core.validation import PICTURE_SIZES, checked_whole
 from motionenv.body import LIMBS
-from motionenv.body.skeleton import CLOTHES, COLOURS
+from motionenv.body.limbs import CLOTHES, COLOURS
 from motionenv.errors import MotionError
 from motionenv.render.raycast._draw_kernel import draw_crowd
 from motionenv.render.raycast._shade_kernel import encoding
@@ -24,6 +24,9 @@ _SHAPES: dict[str, tuple[int, ...]] = {
     "poses": (25,), "offsets": (16, 3), "radii": (len(LIMBS), 2), "heights": (), "colours": (len(WORN), 3),
     "K": (3, 3), "R": (3, 3), "t": (3,),
 }  # fmt: skip
+# sRGB: darkest and lightest skin and hair, grey hair; greatest brightness of shirt, trousers and shoes.
+_SKIN, _HAIR = np.array([(0.27, 0.17, 0.12), (0.96, 0.80, 0.69)]), np.array([(0.06, 0.05, 0.04), (0.80, 0.65, 0.42)])
+_GREY, _BRIGHT = 0.62, np.array([[1.0], [0.75], [0.6]])
 _WORN_BY_LIMB = np.array([WORN.index(worn) for worn in CLOTHES])
 _ENCODING = encoding()
 _NOTHING = np.empty((0, 0, 0, 3), np.uint8)
@@ -57,7 +60,7 @@ class MultiBodyRaycaster:
         Args:
             poses: (n, 25) [m, rad], finite.
             offsets, radii, heights: those of each body's `Skeleton`, (n, 16, 3), (n, limbs, 2) and (n,) [m].
-            colours: (n, 4, 3) of `WORN`: skin, shirt, trousers, shoes; sRGB from 0 to 1.
+            colours: (n, 5, 3) of `WORN`: skin, shirt, trousers, shoes, hair; sRGB from 0 to 1.
             K: (n, 3, 3) intrinsics [pixels], invertible, last row (0, 0, 1).
             R, t: (n, 3, 3) and (n, 3) [m], rotations and translations world → camera.
             rgb: whether to render colours, which takes half of the time; otherwise they are None.
@@ -93,6 +96,17 @@ class MultiBodyRaycaster:
     def close(self) -> None:
         """Stop the threads; they restart when needed."""
         self._workers.close()
+
+
+def outfits(drawn: np.ndarray) -> np.ndarray:
+    """Colours (..., 5, 3) of `WORN`, sRGB from 0 to 1, from as many numbers `drawn` evenly from 0 to 1."""
+    colours = drawn.copy()
+    colours[..., 0, :] = _SKIN[0] + drawn[..., 0, :1] * (_SKIN[1] - _SKIN[0])
+    colours[..., 1:4, :] *= _BRIGHT
+    natural = _HAIR[0] + drawn[..., 4, :1] ** 2 * (_HAIR[1] - _HAIR[0])
+    greying = np.maximum(5 * drawn[..., 4, 1:2] - 4, 0)  # of one in five
+    colours[..., 4, :] = natural + greying * (_GREY - natural)
+    return colours
 
 
 def _checked(values, name: str, shape: tuple) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Procedural photographs and sprites: backgrounds and moving distractors.
 
 Photographs have the properties that make real ones hard for trackers: a 1/f spectrum, edges at all scales (walls,
-windows, shelves, boxes, poles, figures), textures, shadows, uneven light, and the colours of skin and clothes. They are
+windows, shelves, boxes, poles), textures, shadows, uneven light, and the colours of skin and clothes. They are
 generated from fixed seeds when first requested, once per size and process.
 """
 
@@ -12,9 +12,9 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from motionenv.body import from_height
-from motionenv.body.skeleton import COLOURS
+from motionenv.body.limbs import COLOURS
 from motionenv.render.cameras import look_at
-from motionenv.render.raycast.multi_body import MultiBodyRaycaster
+from motionenv.render.raycast.multi_body import WORN, MultiBodyRaycaster, outfits
 
 _SCENES = 16  # photographs before mirroring
 _SEED = 20260303
@@ -38,7 +38,7 @@ _PALETTE = np.array([
 ])  # fmt: skip
 
 # Shapes of objects, and their frequencies.
-_SHAPES, _SHARES = ("box", "ellipse", "pole", "figure", "bush"), (0.58, 0.07, 0.12, 0.12, 0.11)
+_SHAPES, _SHARES = ("box", "ellipse", "pole", "bush"), (0.66, 0.08, 0.14, 0.12)
 
 
 class Bank:
@@ -130,10 +130,10 @@ def _put_item(picture: np.ndarray, plan: np.random.Generator, grain: np.random.G
     height, width = picture.shape[:2]
     shape = str(plan.choice(_SHAPES, p=_SHARES))
     high, x, lean = plan.uniform(*size), plan.uniform(0, width / height), plan.normal(0, 0.04)
-    stands = shape in ("pole", "figure", "bush") or plan.random() < 0.5
+    stands = shape in ("pole", "bush") or plan.random() < 0.5
     y = (plan.uniform(0.6, 1.1) if stands else plan.uniform(high, 0.9)) - high
     wide = min(high * np.exp(plan.normal(-0.3, 0.6)), 1.2)
-    wide = {"pole": 0.06 * high + 0.01, "figure": 0.36 * high, "ellipse": min(wide, high)}.get(shape, wide)
+    wide = {"pole": 0.06 * high + 0.01, "ellipse": min(wide, high)}.get(shape, wide)
     pad = 0.04 + abs(lean) * high
     rows = np.arange(max(int((y - pad) * height), 0), min(int((y + high + pad) * height) + 2, height))
     columns = np.arange(int((x - pad) * height), min(int((x + wide + pad) * height) + 2, int(x * height) + width - 2))
@@ -157,11 +157,6 @@ def _inside(shape: str, u: np.ndarray, v: np.ndarray, grain: np.random.Generator
     box = (u > 0) & (u < 1) & (v > 0) & (v < 1)
     if shape in ("box", "pole"):
         return box
-    if shape == "figure":
-        head = ((u - 0.5) / 0.2) ** 2 + ((v - 0.075) / 0.075) ** 2 < 1
-        trunk = (np.abs(u - 0.5) < 0.42 - 0.12 * np.abs(v - 0.3)) & (v > 0.15) & (v < 0.56)
-        legs = (np.abs(np.abs(u - 0.5) - 0.17) < 0.13) & (v >= 0.5) & (v < 1)
-        return head | trunk | legs
     round_ = (u - 0.5) ** 2 + (v - 0.5) ** 2 < 0.25
     if shape == "ellipse":
         return round_
@@ -172,17 +167,14 @@ def _texture(plan: np.random.Generator, grain: np.random.Generator, shape: str, 
     """Colours (rows, columns, 3) of an object: shading, stripes, panes or grain, and a border."""
     u, v = np.broadcast_arrays(u, v)
     first, second = _colour(plan), _colour(plan)
-    if shape == "figure":
-        skin, trousers = np.array(COLOURS["skin"]) * plan.uniform(0.5, 1.05), _colour(plan) * 0.7
-        look = np.where((v < 0.15)[..., None], skin, np.where((v < 0.54)[..., None], first, trousers))
-    elif shape == "bush":
+    if shape == "bush":
         green = np.array((0.28, 0.38, 0.18)) * plan.uniform(0.6, 1.4)
         look = green * (1 + 0.45 * _noise(grain, u.shape, 0.7))[..., None]
     else:
         mix = _pattern(plan, u, v)
         look = first + (second - first) * (plan.uniform(0.25, 1.0) * mix)[..., None]
     shade = 1 + plan.uniform(-0.4, 0.4) * (u - 0.5) + plan.uniform(-0.3, 0.3) * (v - 0.5)
-    if shape in ("pole", "figure", "ellipse"):
+    if shape in ("pole", "ellipse"):
         shade = shade * (1 - 1.1 * (u - 0.45) ** 2)
     rough = 1 + plan.uniform(0.02, 0.14) * _noise(grain, u.shape, 0.9)
     look = look * (shade * rough)[..., None]
@@ -228,10 +220,7 @@ def _people(rows: int, columns: int) -> np.ndarray:
     plan, grain = np.random.default_rng((_SEED, 1000)), np.random.default_rng((_SEED, 1001))
     heights, girths = plan.uniform(1.55, 1.95, PEOPLE), plan.uniform(0.85, 1.3, PEOPLE)
     bodies = [from_height(h, girth=g) for h, g in zip(heights, girths, strict=True)]
-    colours = np.array([
-        [np.array(COLOURS["skin"]) * plan.uniform(0.45, 1.1), _colour(plan), _colour(plan) * 0.7, _colour(plan) * 0.5]
-        for _ in range(PEOPLE)
-    ]).clip(0, 1)  # fmt: skip
+    colours = outfits(plan.random((PEOPLE, len(WORN), 3)))
     which, phases = np.divmod(np.arange(PEOPLE * PHASES), PHASES)
     offsets, radii = np.array([b.offsets for b in bodies]), np.array([b.radii for b in bodies])
     slope = np.tan(np.radians(2))  # a distant camera, so that the height fills the rows

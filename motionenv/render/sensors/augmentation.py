@@ -42,6 +42,7 @@ class Augmentation:
         occluders: number of posts, boxes and bushes in front of the body.
         noise: standard deviation of the sensor's Gaussian noise [grey levels of 0 to 255].
         brightness: relative amplitude of slow changes of the light, from 0 to below 1.
+        people: whether there are people among the distractors.
     """
 
     background: str = "plain"
@@ -49,6 +50,7 @@ class Augmentation:
     occluders: int = 0
     noise: float = 0.0
     brightness: float = 0.0
+    people: bool = True
 
     def __post_init__(self) -> None:
         checked_choice(self.background, "background", BACKGROUNDS)
@@ -180,7 +182,7 @@ class Augmenter:
 
     def _draw_passer(self, rng: np.random.Generator, distance: float, focal: float) -> np.ndarray:
         """A distractor (a person or, with probability 1/4, an object): one row of the kernel's table."""
-        behind, person = rng.random() < 0.7, rng.random() < 0.75
+        behind, person = rng.random() < 0.7, rng.random() < 0.75 and self.choice.people
         z = distance * (rng.uniform(1.25, 1.9) if behind else rng.uniform(0.55, 0.8))
         metre = focal / z
         high = metre * (rng.uniform(1.5, 1.95) if person else rng.uniform(0.5, 1.3))

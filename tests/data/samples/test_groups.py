@@ -101,10 +101,11 @@ def test_scenery_hides_people_only_where_it_is_nearer():
     assert np.array_equal(full["people"][kept], plain["people"][kept])
 
 
+CHEST = ("left_trunk", "right_trunk", "left_shoulder", "right_shoulder")
 #: Limbs that meet at a joint, which therefore don't hide it.
 MEET = {
-    "shoulder": ("shoulders", "{}_upper_arm", "torso"), "elbow": ("{}_upper_arm", "{}_forearm"),
-    "wrist": ("{}_forearm", "{}_hand"), "hip": ("pelvis", "{}_thigh", "torso"), "knee": ("{}_thigh", "{}_shin"),
+    "shoulder": (*CHEST, "{}_upper_arm"), "elbow": ("{}_upper_arm", "{}_forearm"),
+    "wrist": ("{}_forearm", "{}_hand"), "hip": ("pelvis", "{}_thigh", *CHEST[:2]), "knee": ("{}_thigh", "{}_shin"),
     "ankle": ("{}_shin", "{}_foot"),
 }  # fmt: skip
 

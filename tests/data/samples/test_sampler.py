@@ -44,4 +44,6 @@ def test_another_seed_is_another_set_and_single_pictures_have_no_frames():
     assert one["rgb"].shape == (48, 64, 3)
     assert one["others_joints"].shape == (3, 15, 3)
     assert one["t"].shape == (3,)
-    assert int(Sampler(SINGLE).sample(19)["walker"]) == 3  # index 19 is the second view of walker 3
+    assert Sampler(SINGLE).sample(19)["walker"] == one["walker"] != other["walker"]  # the second view of walker 3
+    more = SINGLE.replace(frames=10 * SINGLE.frames, pictures={"noise": 1.0})  # who walks stays
+    assert Sampler(more).sample(3)["walker"] == one["walker"]

@@ -28,16 +28,18 @@ SPEC = Specification(clip=30, people={"turning": 0.5})
 
 @pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers"])
 def test_contacts_are_those_that_gait_analysis_finds(model):
-    motion = synthesize(model, 6, 100, seed=2)
-    events = gait.find_events(gait.feet_of(motion)).events
-    found = contacts(motion)
-    for side, name in enumerate(("left", "right")):
-        turns = np.flatnonzero(np.diff(found[:, side].astype(int)))
-        wanted = [event.time for event in events if event.side == name]
-        assert len(turns) >= 6
-        errors = [min(abs(time - (turn + 0.5) / 100) for time in wanted) for turn in turns]
-        assert np.median(errors) < 0.035  # [s], a frame at 30 Hz
-    assert 0.5 < found.mean() < 0.72  # stance is about 60 % of a stride
+    errors = []
+    for seed in range(5):
+        motion = synthesize(model, 6, 100, seed=seed)
+        events = gait.find_events(gait.feet_of(motion)).events
+        found = contacts(motion)
+        for side, name in enumerate(("left", "right")):
+            turns = np.flatnonzero(np.diff(found[:, side].astype(int)))
+            wanted = [event.time for event in events if event.side == name]
+            assert len(turns) >= 6
+            errors += [min(abs(time - (turn + 0.5) / 100) for time in wanted) for turn in turns]
+        assert 0.5 < found.mean() < 0.72  # stance is about 60 % of a stride
+    assert np.median(errors) < 0.03  # [s], a frame at 30 Hz
 
 
 def test_phase_is_that_of_the_model():

@@ -71,7 +71,7 @@ def test_what_no_file_can_hold_is_named(any_motion, gaps):
             check_sequence(Motion(np.zeros(shape), motion.skeleton, 30), "XYZ", gaps=gaps)
     body = from_height()
     other = Skeleton(body.offsets, body.radii[:4], body.height)
-    with pytest.raises(MotionError, match="radii for 17 limbs, got 4"):
+    with pytest.raises(MotionError, match="radii for 22 limbs, got 4"):
         check_sequence(Motion(np.zeros((2, 25)), other, 30), "XYZ", gaps=gaps)
 
 

@@ -176,7 +176,13 @@ def test_khronos_validator_finds_nothing_wrong_with_a_leg(any_motion, without, t
 def test_trimesh_loads_a_person_who_stands_on_the_ground(tmp_path):
     write(Motion(np.zeros((1, 25)), from_height(1.8), 30.0), tmp_path / "a.glb")
     scene = trimesh.load_scene(tmp_path / "a.glb")
-    assert sorted(m.visual.material.name for m in scene.geometry.values()) == ["shirt", "shoes", "skin", "trousers"]
+    assert sorted(m.visual.material.name for m in scene.geometry.values()) == [
+        "hair",
+        "shirt",
+        "shoes",
+        "skin",
+        "trousers",
+    ]
     assert all(m.is_watertight and m.volume > 0 for m in scene.geometry.values())
     np.testing.assert_allclose(scene.bounds[:, 1], [0, 1.8], atol=0.02)  # y is up
     toes = max(scene.geometry.values(), key=lambda m: m.vertices[:, 2].max()).visual.material.name

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motionenv.body.kinematics import markers
-from motionenv.body.skeleton import ANKLE_HEIGHT, from_height
+from motionenv.body.limbs import from_height
+from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.errors import GapError, MotionError
 from motionenv.models.eigenwalkers.fourier_series import (
     LEFT_ANKLE,

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from motionenv.body.kinematics import markers
-from motionenv.body.skeleton import from_height
+from motionenv.body.limbs import from_height
 from motionenv.models.eigenwalkers.extraction import fourier_walker
 from motionenv.models.eigenwalkers.fourier_series import LEFT_ANKLE, RIGHT_ANKLE, FourierWalker
 from motionenv.types import MARKERS, POSE, Markers

@@ -61,7 +61,7 @@ def shown(motion: Motion) -> Markers:
 
 CAPTURES = {
     "a short walk": (lambda walk: piece(walk, 1.0, 1.6), "events"),
-    "less than two contacts of a foot": (lambda walk: piece(walk, 1.1, 1.25), "phase"),
+    "less than two contacts of a foot": (lambda walk: piece(walk, 1.2, 1.35), "phase"),
     "a treadmill": (on_a_treadmill, "events"),
     "a curve": (lambda walk: on_a_circle(walk, 2.0, 1.0), "events"),
 }

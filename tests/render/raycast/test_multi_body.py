@@ -27,7 +27,7 @@ def people(walking, n=40, seed=3, width=WIDTH, height=HEIGHT):
         )
         for a in rng.uniform(-np.pi, np.pi, n)
     ]  # fmt: skip
-    return walking(n, seed), skeletons, rng.uniform(0, 1, (n, 4, 3)), cameras
+    return walking(n, seed), skeletons, rng.uniform(0, 1, (n, 5, 3)), cameras
 
 
 def arguments(poses, skeletons, colours, cameras):
@@ -113,9 +113,9 @@ def test_a_used_crowd_survives_pickling(walking):
         (0, np.zeros(25), r"poses must have shape"),
         (0, np.full((3, 25), np.nan), r"poses\[0, 0\] is nan"),
         (1, np.zeros((2, 16, 3)), r"offsets must have shape \(3, 16, 3\)"),
-        (2, np.zeros((3, 12, 2)), r"radii must have shape \(3, 17, 2\)"),
+        (2, np.zeros((3, 12, 2)), r"radii must have shape \(3, 22, 2\)"),
         (3, np.array([1.7, np.inf, 1.8]), r"heights\[1\] is inf"),
-        (4, np.zeros((3, 3, 3)), r"colours must have shape \(3, 4, 3\)"),
+        (4, np.zeros((3, 3, 3)), r"colours must have shape \(3, 5, 3\)"),
         (5, np.full((3, 3, 3), np.nan), r"K\[0, 0, 0\] is nan"),
         (5, np.zeros((3, 3, 3)), "K must hold invertible matrices"),
         (6, np.zeros((3, 3)), r"R must have shape \(3, 3, 3\)"),

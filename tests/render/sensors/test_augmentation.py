@@ -29,7 +29,7 @@ def bodies(walking):
         view = [
             np.broadcast_to(a, (n, *a.shape)) for a in (camera.K, camera.R, camera.t + np.array([50 * blank, 0, 0]))
         ]
-        return MultiBodyRaycaster(SIZE, SIZE).render(walking(n), *same, np.full((n, 4, 3), 0.5), *view, rgb=rgb)
+        return MultiBodyRaycaster(SIZE, SIZE).render(walking(n), *same, np.full((n, 5, 3), 0.5), *view, rgb=rgb)
 
     return draw
 

@@ -7,7 +7,7 @@ const TYPE = "application/x-motionenv-parameters";
 const MOST = 100; // strides that are kept, of 54 kB each
 const kept = new Map();
 
-/** A stride from the bytes of a response: `poses`, `markers`, `offsets`, `stride`, `seconds`, `height`. */
+/** A stride from the bytes of a response: `poses`, `markers`, `offsets`, `radii`, `stride`, `seconds`, `height`. */
 export function decodeStride(buffer) {
   const { arrays, stride, seconds, height } = decodeParameters(buffer);
   return { ...arrays, stride, seconds, height };

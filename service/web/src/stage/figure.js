@@ -82,16 +82,29 @@ export class Figure {
     walker.stand();
     this.builtFor = walker.body.height;
     return parameters.clothes.map((clothes, limb) => {
-      const [start, end] = walker.body.radii.subarray(2 * limb, 2 * limb + 2).map((r) => r * this.builtFor);
       const length = this.ends(limb);
       const rgb = second && clothes === "shirt" ? SECOND : parameters.colours[clothes];
       const material = lit(colour(rgb));
-      const shape = ([around, cap]) => new LatheGeometry(outline(length, start, end, cap), around);
-      const mesh = new Mesh(shape(FINE), material);
+      const mesh = new Mesh(undefined, material);
       mesh.userData.length = length;
       this.body.add(mesh);
-      this.bodyShadow.add(this.shadowOf(mesh, shape(COARSE)));
+      this.bodyShadow.add(this.shadowOf(mesh, undefined));
       return mesh;
+    });
+  }
+
+  /** Make the limbs as thick as the walker's body. */
+  thicken() {
+    const { radii } = this.walker.built ?? this.walker.body;
+    if (radii === this.thickness) return;
+    this.thickness = radii;
+    this.limbs.forEach((mesh, limb) => {
+      const [start, end] = radii.subarray(2 * limb, 2 * limb + 2).map((r) => r * this.builtFor);
+      const shape = ([around, cap]) => new LatheGeometry(outline(mesh.userData.length, start, end, cap), around);
+      for (const [part, fine] of [[mesh, FINE], [mesh.userData.shadow, COARSE]]) {
+        part.geometry.dispose();
+        part.geometry = shape(fine);
+      }
     });
   }
 
@@ -152,6 +165,7 @@ export class Figure {
   }
 
   updateBody() {
+    this.thicken();
     const wide = this.walker.body.height / this.builtFor;
     this.limbs.forEach((mesh, limb) => {
       const length = this.ends(limb);

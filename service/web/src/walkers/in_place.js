@@ -10,8 +10,9 @@ const SAMPLES = 96; // of a stride before the first one is known
 const RETRY = 1000; // [ms] in a second
 
 /** A body of its own proportions. */
-function bodyOf(parameters, { offsets, height }) {
-  const arrays = { ...parameters.arrays, offsets: offsets.map((x) => x / height) };
+function bodyOf(parameters, { offsets, radii, height }) {
+  const relative = { offsets: offsets.map((x) => x / height), limb_radii: radii.map((x) => x / height) };
+  const arrays = { ...parameters.arrays, ...relative };
   return new Body({ ...parameters, arrays }, height);
 }
 
@@ -26,6 +27,7 @@ function still(parameters) {
     poses: repeated(pose),
     markers: repeated(nodes.subarray(0, 45)),
     offsets: body.offsets,
+    radii: body.radii.map((x) => x * body.height),
     height: body.height,
     stride: 0,
     seconds: 1,
@@ -37,7 +39,7 @@ function mixed(a, b, share) {
   const mix = (x, y) => x + share * (y - x);
   const arrays = ["poses", "markers", "offsets"].map((name) => [name, b[name].map((y, i) => mix(a[name][i], y))]);
   const numbers = ["height", "stride", "seconds"].map((name) => [name, mix(a[name], b[name])]);
-  return Object.fromEntries([...arrays, ...numbers]);
+  return Object.fromEntries([...arrays, ...numbers, ["radii", b.radii]]);
 }
 
 /** A walker whose strides are the service's: `cycle` is the one that its settings ask for. */

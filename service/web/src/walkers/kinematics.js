@@ -16,7 +16,7 @@ const FEET = [
   { segment: 10, shin: 7, ankle: 13 },
   { segment: 11, shin: 9, ankle: 14 },
 ];
-const LEFT_FOOT = 10; // its row in the table of drawn limbs
+const SKULL = 1; // the head's segment
 
 /** A body of some height: what of a model's parameters its pictures need. */
 export class Body {
@@ -24,12 +24,15 @@ export class Body {
     const { arrays } = parameters;
     this.height = height;
     this.offsets = arrays.offsets.map((x) => x * height);
-    this.shifts = arrays.limb_shifts;
     this.radii = arrays.limb_radii;
     this.ankleHeight = parameters.ankle_height;
     this.limbNodes = parameters.limb_nodes;
     this.limbSegments = parameters.limb_segments;
-    const foot = arrays.limb_shifts.subarray(6 * LEFT_FOOT, 6 * LEFT_FOOT + 6);
+    // A head grows less than the rest: its limbs are shifted as far as its radius says.
+    const head = (this.radii[2 * parameters.limbs.indexOf("head") + 1] / parameters.head_radius) * height;
+    this.shifts = arrays.limb_shifts.map((x, i) => x * (this.limbSegments[Math.floor(i / 6)] === SKULL ? head : height));
+    const at = 6 * parameters.limbs.indexOf("left_foot");
+    const foot = arrays.limb_shifts.subarray(at, at + 6);
     this.heel = [-foot[0], -foot[2]];
     this.toe = [foot[3], -foot[5]];
   }
@@ -148,13 +151,12 @@ export function forward(pose, body, nodes, rotations) {
 
 /** Ends of the axes of the drawn limbs: limbs × 6 numbers. */
 export function limbEnds(nodes, rotations, body, out) {
-  const { shifts, height } = body;
+  const { shifts } = body;
   body.limbNodes.forEach((ends, limb) => {
     for (let e = 0; e < 2; e++) {
       const s = 6 * limb + 3 * e;
       const r = 9 * body.limbSegments[limb];
-      const [x, y, z] = [shifts[s] * height, shifts[s + 1] * height, shifts[s + 2] * height];
-      place(nodes, 3 * ends[e], rotations, r, x, y, z, out, s);
+      place(nodes, 3 * ends[e], rotations, r, shifts[s], shifts[s + 1], shifts[s + 2], out, s);
     }
   });
   return out;
