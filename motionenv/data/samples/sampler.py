@@ -82,7 +82,7 @@ class Sampler:
 
     def _group(self, number: int) -> Group:
         if number not in self._groups:
-            self._groups[number] = Group(self.spec, number)
+            self._groups[number] = Group(self.spec, self.spec.first_group + number)
             while len(self._groups) > _GROUPS:
                 self._groups.popitem(last=False)
         return self._groups[number]
@@ -93,7 +93,7 @@ class Sampler:
             found |= self._seen(group, which, self._drawing.draw(group, which))
         if self.spec.clip == 1:
             found = {name: _without_frames(name, values) for name, values in found.items()}
-        first = group.number * self.per_group
+        first = (group.number - self.spec.first_group) * self.per_group
         for k, j in enumerate(which.tolist()):
             walker = self._first + group.number * WALKERS + j % WALKERS
             sample = {"index": np.array(first + j), "walker": np.array(walker)}

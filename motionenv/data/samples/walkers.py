@@ -80,8 +80,7 @@ def record(spec: Specification, group: int, stream: int = MOTION) -> list[Record
     drawn = rng.uniform(*(people.speed or SPEED_RANGE[:2]), WALKERS).tolist()
     speeds = [None] * WALKERS if people.speed is None else drawn
     seconds = frames_of(spec)[0] / spec.fps
-    who = {"heights": heights, "speeds": speeds, "person": people.person}
-    made = model.synthesize_batch(seconds, spec.fps, **who, seed=rng)
+    made = model.synthesize_batch(seconds, spec.fps, heights=heights, speeds=speeds, person=people.person, seed=rng)
     turning = rng.random(WALKERS) < people.turning
     courses = rng.integers(2**63, size=WALKERS)
     return [

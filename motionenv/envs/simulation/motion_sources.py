@@ -150,8 +150,9 @@ class _Walkers:
         heights = [None] * n if source.height is None else rng.uniform(*source.height, n).tolist()
         speeds = [None] * n if source.speed is None else rng.uniform(*source.speed, n).tolist()
         seconds = source.frames / source.fps + _SPARE
-        who = {"heights": heights, "speeds": speeds, "person": source.person}
-        made = self._model.synthesize_batch(seconds, source.fps, **who, seed=rng)
+        made = self._model.synthesize_batch(
+            seconds, source.fps, heights=heights, speeds=speeds, person=source.person, seed=rng
+        )
         check_shown(made[0].poses, PARTS, f"an episode of {source.motion}")
         return made if self._model.steady else [_ahead(motion) for motion in made]
 
@@ -162,8 +163,9 @@ class _Repeated:
     def __init__(self, source: Source):
         speed, height = (None if wanted is None else wanted[0] for wanted in (source.speed, source.height))
         seconds = source.frames / source.fps
-        who = {"speed": speed, "height": height, "person": source.person}
-        self._motion = synthesize(source.motion, seconds, source.fps, seed=source.seed, **who)
+        self._motion = synthesize(
+            source.motion, seconds, source.fps, seed=source.seed, speed=speed, height=height, person=source.person
+        )
         check_shown(self._motion.poses, PARTS, f"an episode of {source.motion}")
 
     def draw(self, _: np.random.Generator) -> tuple[np.ndarray, Skeleton]:

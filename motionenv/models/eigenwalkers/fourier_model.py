@@ -297,9 +297,11 @@ class FourierModel(GaitModel):
 
     def _built(self, motion: Motion, walker: Walker, height: float | None) -> Motion:
         """The motion of a body as large and broad as the walker, or of a `height` [m]."""
-        height = height or (walker.person and walker.person.height)
-        motion = scaled(motion, height) if height else motion
-        return motion if walker.person is None else replace(motion, skeleton=walker.person.built(motion.skeleton))
+        person = walker.person
+        if person is None:
+            return scaled(motion, height) if height else motion
+        motion = scaled(motion, height or person.height)
+        return replace(motion, skeleton=person.built(motion.skeleton))
 
     def learned_speeds(self) -> tuple[float, float]:
         """The slowest and the fastest captured walk [m/s]."""

@@ -224,8 +224,10 @@ def draw_person(
     ratio = _WALK_RATIO[0] * stature * np.exp(_WALK_RATIO[1] * z[6])
     shoulders, hips = broader * of["shoulders"] / average["shoulders"], of["pelvis"] / average["pelvis"]
     hair = rng.uniform(*_HAIR[sex])
-    numbers = (float(value) for value in (stature, legs, shoulders, hips, speed, ratio, bmi))
-    return Person(*numbers, tuple(girths.tolist()), float(hair))
+    return Person(
+        float(stature), float(legs), float(shoulders), float(hips), float(speed), float(ratio), float(bmi),
+        tuple(girths.tolist()), float(hair),
+    )  # fmt: skip
 
 
 def _lms(rows: np.ndarray, age: float, z: float) -> float:

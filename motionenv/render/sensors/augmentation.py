@@ -15,16 +15,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.threads import Workers
-from motionenv._core.validation import checked_choice, checked_fps, checked_number, checked_whole
+from motionenv._core.validation import checked_fps, checked_number, checked_whole
 from motionenv.errors import MotionError
 from motionenv.render.sensors import _sensor_kernel as kernel
-from motionenv.render.sensors._procedural_backgrounds import OBJECTS, PEOPLE, PHASES, photographs, sprites
+from motionenv.render.sensors._procedural_backgrounds import OBJECTS, PEOPLE, PHASES, Bank, photographs, sprites
 from motionenv.render.sensors._sensor_kernel import DEPTH, FAR, PARALLAX, THING
+from motionenv.render.sensors.own_photographs import OwnBank, own_photographs, photograph_files
 from motionenv.types import Frame
 
 __all__ = ["BACKGROUNDS", "FAR", "Augmentation", "Augmenter"]
 
-#: Kinds of background: a uniform colour, or a photograph of clutter.
+#: Kinds of background beside folders of photographs: a uniform colour, or a procedural photograph.
 BACKGROUNDS = ("plain", "clutter")
 
 _EYE = 1.1  # [m] camera height for which objects are placed
@@ -36,8 +37,8 @@ class Augmentation:
     """Settings of the augmentation.
 
     Attributes:
-        background: "plain", a random colour with a slight vertical gradient; or "clutter", one of a bank of procedural
-            photographs.
+        background: "plain", a random colour with a slight vertical gradient; "clutter", one of a bank of procedural
+            photographs; or a folder, one of the photographs below it.
         distractors: number of other people and objects that pass through, behind or in front of the body.
         occluders: number of posts, boxes and bushes in front of the body.
         noise: standard deviation of the sensor's Gaussian noise [grey levels of 0 to 255].
@@ -53,7 +54,8 @@ class Augmentation:
     people: bool = True
 
     def __post_init__(self) -> None:
-        checked_choice(self.background, "background", BACKGROUNDS)
+        if self.background not in BACKGROUNDS:
+            photograph_files(self.background)
         for name in ("distractors", "occluders"):
             object.__setattr__(self, name, checked_whole(getattr(self, name), name, 0, 100))
         checked_number(self.noise, "noise", 0, 255, "grey levels")
@@ -167,7 +169,10 @@ class Augmenter:
     def _find(self) -> None:
         """Load the photographs and sprites that all augmenters of this size share."""
         size = self.width, self.height
-        self._bank = photographs(*size) if self.choice.background == "clutter" else None
+        kind = self.choice.background
+        self._bank: Bank | OwnBank | None = None
+        if kind != "plain":
+            self._bank = photographs(*size) if kind == "clutter" else own_photographs(photograph_files(kind), *size)
         self._photographs = np.empty((0, 0, 0, 3), np.uint8) if self._bank is None else self._bank.pictures
         self._sprites = sprites(*size) if self._things.shape[1] else np.empty((0, 0, 0, 4), np.uint8)
 

@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from motionenv.body import from_height
 from motionenv.errors import MotionError
@@ -76,6 +77,22 @@ def test_an_episode_begins_anew_with_its_generator(bodies):
     again = compose(made, bodies(2))
     same(Frame(first.rgb[:1], first.depth[:1], first.limbs[:1]), Frame(again.rgb[:1], again.depth[:1], again.limbs[:1]))
     assert (first.rgb[1] != again.rgb[1]).mean() > 0.5
+
+
+def test_own_photographs_fill_the_picture_and_pan_without_end(bodies, tmp_path):
+    wide = np.tile(np.arange(200, dtype=np.uint8)[None, :, None], (50, 1, 3))  # darker on the left
+    Image.fromarray(wide).save(tmp_path / "wide.png")
+    choice = Augmentation(str(tmp_path))
+    made = scenery(choice)
+    pans = range(2 * SIZE + 1)
+    pictures = [compose(made, bodies(1, blank=True), pan=float(pan)).rgb[0].astype(int) for pan in pans]
+    np.testing.assert_array_equal(pictures[0], pictures[2 * SIZE])
+    np.testing.assert_array_equal(pictures[0][:, 7:], pictures[7][:, :-7])
+    assert np.ptp(pictures[0], axis=0).max() <= 2  # columns are even, as in the photograph
+    assert np.abs(np.diff(pictures[0][0, :, 0])).max() <= 6  # no seam where the mirror image begins
+    (tmp_path / "broken.png").write_bytes(b"no picture")
+    with pytest.raises(MotionError, match=r"broken\.png can't be read as a photograph"):
+        scenery(choice, n=8)
 
 
 @pytest.mark.parametrize("background", ["plain", "clutter"])
@@ -267,7 +284,7 @@ def test_odd_sizes_are_fine(size):
 @pytest.mark.parametrize(
     ("bad", "message"),
     [
-        ({"background": "beach"}, "background must be one of plain, clutter, got 'beach'"),
+        ({"background": "beach"}, "background must be plain, clutter or a folder of photographs .*, got 'beach'"),
         ({"distractors": -1}, "distractors must be a whole number from 0"),
         ({"occluders": 1.5}, "occluders must be a whole number from 0"),
         ({"occluders": True}, "occluders"),
