@@ -15,7 +15,7 @@ From recordings to pictures to estimates, and the folder of each step:
     >>> import motionenv
     >>> motion = motionenv.synthesize("walk/fpca", seconds=2, fps=30, seed=1, speed=1.3)
     >>> motion
-    Motion(60 frames, 30 fps, 1.81 m, 'walk')
+    Motion(60 frames, 30 fps, 1.62 m, 'walk')
     >>> camera = motionenv.fit_view(motionenv.markers(motion.poses, motion.skeleton), alpha=0.0)
     >>> motionenv.render.render(motion.poses[:2], motion.skeleton, camera)
     Frame(2 frames, 640x480, rgb, depth and limbs)

@@ -23,6 +23,7 @@ from motionenv.render import Scene, render
 from motionenv.render.cameras import fit_view, follow, view
 from motionenv.render.draw2d.overlay import side_by_side
 from motionenv.render.draw2d.point_lights import render_points
+from motionenv.render.raycast.multi_body import outfits
 from motionenv.render.request import enlarged
 from motionenv.render.video.encode import write_image
 from motionenv.render.video.tracking_film import track_film
@@ -32,6 +33,7 @@ from motionenv.types import ANGLES, MARKERS, POSE, Markers, Motion, Points
 HERE = Path(__file__).parent
 FPS, SIZE = 25, 320
 _DARK = ((0.15, 0.16, 0.22), (0.3, 0.25, 0.2), (0.22, 0.22, 0.24), (0.13, 0.2, 0.3))  # trousers
+_CHILDREN = (4, 11)  # of twelve
 BETAS = (0.002, 0.05, 0.2, 1.0)
 
 
@@ -65,11 +67,12 @@ def twelve(out: Path) -> None:
     pictures = np.full((frames, 260, 640, 3), 255, np.uint8)
     depth = np.full((frames, 260, 640), np.inf, np.float32)
     for i in range(12):
-        motion = _going(model, i, way, frames)
+        motion = _going(model, i, way, frames, "child" if i in _CHILDREN else "adult")
         poses = motion.poses.copy()
         row, column = i % 3, i // 3 - 1.5
         poses[:, :2] += 1.8 * (row - 1) + 0.2 * rng.standard_normal(), 1.3 * column + 0.45 * (row - 1)
-        clothes = Scene(samples=2, tile=way / 10, shirt=tuple(rng.uniform(0.1, 0.8, 3)), trousers=_DARK[i % 4])
+        skin, shirt, _, _, hair = (tuple(colour) for colour in outfits(rng.uniform(0.1, 0.8, (5, 3))))
+        clothes = Scene(samples=2, tile=way / 10, skin=skin, shirt=shirt, hair=hair, trousers=_DARK[i % 4])
         seen = render(poses, motion.skeleton, moved, scene=clothes)
         near = seen.depth < depth
         nobody = np.isinf(seen.depth) & np.isinf(depth)
@@ -78,11 +81,11 @@ def twelve(out: Path) -> None:
     write_video(out / "twelve.webp", pictures, FPS)
 
 
-def _going(model: WalkingModel, seed: int, way: float, frames: int) -> Motion:
+def _going(model: WalkingModel, seed: int, way: float, frames: int, person: str) -> Motion:
     """Somebody who goes `way` [m] in `frames` with a whole number of strides: at the pace nearest to their own."""
     strides, speed = 0, way * FPS / frames
     for _ in range(8):
-        somebody = model.draw_walker(np.random.default_rng(seed), speed)
+        somebody = model.draw_walker(np.random.default_rng(seed), speed, person=person)
         length = speed * somebody.stride_seconds
         strides = strides or round(way / length)
         speed *= (way / strides / length) ** 2  # a stride's length grows with the root of speed

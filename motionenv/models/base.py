@@ -321,7 +321,7 @@ class FixedModel(GaitModel):
     def draw_walker(
         self, rng: np.random.Generator, speed: float | None = None, height: float | None = None, person: str = "adult"
     ) -> Walker:
-        """The only walker; the arguments have no effect."""
+        """The only walker; `rng`, `speed`, `height` and `person` have no effect."""
         return Walker(self.kind)
 
     def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:

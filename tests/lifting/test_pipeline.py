@@ -163,7 +163,7 @@ def test_a_walk_played_backwards_is_told(walk):
         assert not found.plausible
 
 
-@pytest.mark.parametrize(("degrees", "seed"), [(90, 1), (-140, 3)])
+@pytest.mark.parametrize(("degrees", "seed"), [(90, 0), (-140, 3)])
 def test_misfit_does_not_depend_on_the_unit_or_size_of_the_picture(degrees, seed):
     motion = synthesize("walk/fpca", 3, FPS, seed=seed)
     walk = Markers(MARKERS, markers(motion.poses, motion.skeleton), FPS)

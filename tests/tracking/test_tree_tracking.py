@@ -69,7 +69,7 @@ def test_a_tree_of_reaching_arms_follows_an_arm(arm_tree, mixture):
         prior = MixturePrior(prior, VelocityPrior(skeleton=prior.skeleton, part="right_arm"))
     ours = evaluate(env, TrackingAgent(env, prior, 300, start=truth_start, seed=0), 5, seed=1)
     still = evaluate(env, MeanPose(env), 5, seed=1)
-    assert np.median(ours.errors) < 0.4 * np.median(still.errors)
+    assert np.median(ours.errors) < 0.45 * np.median(still.errors)  # with an average body, whoever it is
     assert np.median(ours.errors) < 0.1
 
 

@@ -254,7 +254,7 @@ class MotionTree(GaitModel):
     def draw_walker(
         self, rng: np.random.Generator, speed: float | None = None, height: float | None = None, person: str = "adult"
     ) -> Walker:
-        """A random window of the database, picked with `rng`; the other arguments have no effect."""
+        """A random window of the database, picked with `rng`; `speed`, `height`, `person` have no effect."""
         self.check()
         return Walker(self.kind, start=start_window(self, None, rng))
 

@@ -26,7 +26,7 @@ def test_it_is_listed_and_described(server):
     assert listed["toy/bounce"]["licence"] == "CC0"
     told = server.http.get("/v1/models/toy/bounce").json()
     assert (told["components"], told["treadmill"], told["synthesis"]) == ([], None, True)
-    assert set(told["ranges"]) == {"speed", "height", "phase", "variation", "seconds", "fps"}
+    assert set(told["ranges"]) == {"speed", "height", "weight", "phase", "variation", "seconds", "fps"}
 
 
 def test_one_that_is_broken_is_listed_with_its_problem(server):
