@@ -58,23 +58,19 @@ def preview(
     frames: Frames = None,
     seed: Seed = None,
     backgrounds: Backgrounds = None,
-    format: Form = "webdataset",
-    workers: Annotated[int, typer.Option(min=1, help="Processes that the estimate is for.")] = 1,
 ) -> None:
-    """Draw a contact sheet of a data set, and say what it takes, before anything is made.
+    """Draw a contact sheet of a data set, before anything is made.
 
-    Example: motionenv dataset preview tracking --frames 1e6 --workers 64 --out preview.png
+    Example: motionenv dataset preview tracking --samples 25 --out preview.png
     """
-    from motionenv.data.preview import contact_sheet, estimate
+    from motionenv.data.preview import contact_sheet
     from motionenv.render.video.encode import write_image
 
     check_folder(out)
     wanted = _specification(spec, frames, seed, backgrounds)
     with err.status("drawing"):
         write_image(out, contact_sheet(wanted, samples))
-    typer.echo(f"{out}  the first samples, with their joints")
-    with err.status("measuring"):
-        typer.echo(estimate(wanted, format, workers))
+    typer.echo(f"{out}  the first of {wanted.samples:,} samples in {wanted.shards:,} shards, with their joints")
 
 
 def make(

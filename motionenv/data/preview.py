@@ -1,49 +1,17 @@
-"""Contact sheet and cost of a data set, before anything is made."""
+"""Contact sheet of a data set, before anything is made."""
 
 import math
-import tempfile
-import time
-from pathlib import Path
 
 import numpy as np
 
 from motionenv._core.validation import checked_whole
-from motionenv.data.formats import format_of
 from motionenv.data.samples import Sample, Sampler
 from motionenv.data.specification import Specification
 from motionenv.render.draw2d.overlay import draw_pose
 from motionenv.types import Camera
 
 _TILE = 240  # pixels, least width of a picture in the sheet
-_FRAMES = 4096  # most that are made to measure
 _GREY = 60
-
-
-def estimate(spec: Specification, form: str = "webdataset", workers: int = 1) -> str:
-    """What the data set of `spec` takes with so many `workers`, in words, for cores like this machine's.
-
-    Extrapolated from a group of samples, made in the format `form` in a folder that is then deleted.
-    """
-    written = format_of(form)
-    written.check(spec)
-    sampler = Sampler(spec)
-    count = min(spec.samples, sampler.per_group, max(1, _FRAMES // spec.clip))
-    with tempfile.TemporaryDirectory() as folder:
-        warming, made = Path(folder, "warming"), Path(folder, "made")
-        warming.mkdir()
-        made.mkdir()
-        # Another group first: it compiles, and makes what is made once in a process, such as backgrounds.
-        written.write(sampler.samples(sampler.per_group, sampler.per_group + count), warming, 0, spec)
-        began = time.process_time()
-        written.write(sampler.samples(0, count), made, 0, spec)
-        spent = time.process_time() - began
-        size = sum(file.stat().st_size for file in made.rglob("*") if file.is_file())
-    share = spec.samples / count
-    frames, hours = spec.samples * spec.clip, spent * share / 3600
-    return (
-        f"{frames:,} frames in {spec.samples:,} samples and {spec.shards:,} shards: {size * share / 1e9:,.3g} GB, "
-        f"{hours:,.3g} core hours; {60 * hours / workers:,.3g} min with {workers} worker(s)"
-    )
 
 
 def contact_sheet(spec: Specification, samples: int = 16) -> np.ndarray:

@@ -5,7 +5,6 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Container, Iterator
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -55,76 +54,33 @@ def _check_sizes(path, archive: zipfile.ZipFile, wanted: Container[str]):
 
 
 _FORMAT, _VERSION = "motionenv motion", 1
-_SKELETONS = 64  # most skeletons whose archive members are cached
-_FIELDS = {"format", "version", "pose", "poses", "offsets", "radii", "height", "fps", "name"}
+_NAMES = {"format", "version", "pose", "poses", "offsets", "radii", "height", "fps", "name"}
 _OPTIONAL = {"filled"}  # in files of motions of which a model filled entries
-
-#: A file in a zip archive: its name, its bytes, and their checksum.
-_Member = tuple[bytes, bytes, int]
 
 
 def write(motion: Motion, path: str | Path) -> None:
     """Write `motion` atomically; a MotionError if the folder is missing, not writable or full."""
-    fields = {**_constant(), **_of_skeleton(motion.skeleton), **_of_motion(motion)}
     with atomic_write(path) as temporary, open(temporary, "wb") as file:
-        np.savez_compressed(file, allow_pickle=False, **fields)
+        np.savez_compressed(file, allow_pickle=False, **_fields(motion))
 
 
 def encode(motion: Motion) -> Iterator[bytes]:
     """The bytes of an uncompressed file, in one part, which `read` reads too; a MotionError if too large."""
     if motion.poses.nbytes > LIMIT:
         raise MotionError(f"an NPZ file has at most {LIMIT >> 20} MiB of poses, got {motion.poses.nbytes >> 20}")
-    body = motion.skeleton
-    kept = _kept_members(body.offsets.tobytes(), body.radii.tobytes(), body.height)
-    return iter([_zipped([*kept, *(_member(name, array) for name, array in _of_motion(motion).items())])])
-
-
-def _constant() -> dict[str, np.ndarray]:
-    return {"format": np.array(_FORMAT), "version": np.array(_VERSION), "pose": np.array(POSE)}
-
-
-def _of_skeleton(skeleton: Skeleton) -> dict[str, np.ndarray]:
-    return {"offsets": skeleton.offsets, "radii": skeleton.radii, "height": np.array(skeleton.height)}
-
-
-def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
-    fields = {"fps": np.array(motion.fps), "name": np.array(motion.name), "poses": motion.poses}
-    return fields if motion.filled is None else {**fields, "filled": motion.filled}
-
-
-@lru_cache(maxsize=_SKELETONS)
-def _kept_members(offsets: bytes, radii: bytes, height: float) -> list[_Member]:
-    """Archive members that are equal in all files of one body."""
-    body = Skeleton(np.frombuffer(offsets).reshape(-1, 3), np.frombuffer(radii).reshape(-1, 2), height)
-    return [_member(name, array) for name, array in {**_constant(), **_of_skeleton(body)}.items()]
-
-
-def _member(name: str, array: np.ndarray) -> _Member:
-    data = _npy_header(array.shape, array.dtype.str) + array.tobytes()
-    return f"{name}.npy".encode(), data, zlib.crc32(data)
-
-
-@lru_cache(maxsize=256)
-def _npy_header(shape: tuple[int, ...], dtype: str) -> bytes:
     file = io.BytesIO()
-    fields = {"descr": dtype, "fortran_order": False, "shape": shape}
-    np.lib.format.write_array_header_1_0(file, fields)
-    return file.getvalue()
+    np.savez(file, allow_pickle=False, **_fields(motion))
+    return iter([file.getvalue()])
 
 
-def _zipped(members: list[_Member]) -> bytes:
-    """A zip archive of stored members (APPNOTE 6.3, sections 4.3.7, 4.3.12 and 4.3.16), dated 1980 like NumPy's."""
-    body: list[bytes] = []
-    directory: list[bytes] = []
-    at = 0
-    for name, data, crc in members:
-        same = struct.pack("<5H3L2H", 20, 0, 0, 0, 0x21, crc, len(data), len(data), len(name), 0)
-        directory += [b"PK\1\2\x14\0", same, struct.pack("<3H2L", 0, 0, 0, 0, at), name]
-        body += [b"PK\3\4", same, name, data]
-        at += 30 + len(name) + len(data)
-    size = sum(map(len, directory))
-    end = struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, len(members), len(members), size, at, 0)
-    return b"".join([*body, *directory, end])
+def _fields(motion: Motion) -> dict[str, np.ndarray]:
+    body = motion.skeleton
+    fields = {
+        "format": np.array(_FORMAT), "version": np.array(_VERSION), "pose": np.array(POSE), "offsets": body.offsets,
+        "radii": body.radii, "height": np.array(body.height), "fps": np.array(motion.fps),
+        "name": np.array(motion.name), "poses": motion.poses,
+    }  # fmt: skip
+    return fields if motion.filled is None else {**fields, "filled": motion.filled}
 
 
 def read(path: str | Path) -> Motion:
@@ -138,7 +94,7 @@ def read(path: str | Path) -> Motion:
 
 def parse(raw: bytes, path: str | Path) -> Motion:
     """The motion in the bytes of a file of `write` or `parts`; errors as of `read` call it `path`."""
-    fields, held = load_arrays(raw, path, _FIELDS | _OPTIONAL)
+    fields, held = load_arrays(raw, path, _NAMES | _OPTIONAL)
     return _motion(path, fields, held)
 
 
@@ -151,7 +107,7 @@ def _motion(path, fields: dict[str, np.ndarray], held: list[str]) -> Motion:
         )  # fmt: skip
     if fields.get("version") != _VERSION:
         raise FormatError(path, f"is of version {fields.get('version')}; this motionenv reads version {_VERSION}")
-    if missing := _FIELDS - set(fields):
+    if missing := _NAMES - set(fields):
         raise FormatError(path, f"has no {', '.join(sorted(missing))}")
     if tuple(fields["pose"]) != POSE:
         raise FormatError(path, f"its pose vector has other entries than {', '.join(POSE)}", "pose")

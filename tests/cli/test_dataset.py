@@ -20,11 +20,9 @@ def test_presets_are_listed_and_printed_for_editing(run, tmp_path):
 
 def test_preview_make_and_verify(run, tmp_path):
     (tmp_path / "spec.json").write_text(EVERYTHING.json())
-    seen = run(
-        "dataset", "preview", "spec.json", "--frames", "1e5", "--workers", 8, "--out", "sheet.png", "--samples", 4
-    )
+    seen = run("dataset", "preview", "spec.json", "--frames", "1e5", "--out", "sheet.png", "--samples", 4)
     assert seen.code == 0
-    assert "100,002 frames in 16,667 samples" in seen.out
+    assert "the first of 16,667 samples" in seen.out
     assert np.asarray(Image.open(tmp_path / "sheet.png")).ndim == 3
     made = run("dataset", "make", "spec.json", "--out", "set", "--workers", 1, "--shards", "0:2")
     assert made.code == 0

@@ -3,7 +3,6 @@
 import hashlib
 import json
 from collections.abc import Callable, Iterable
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
@@ -56,8 +55,8 @@ class _Job:
 
 
 def generate(
-    spec: Specification, out: str | Path, shards: Iterable[int] | None = None, executor: Executor | None = None,
-    resume: str = "if-possible", *, format: str = "webdataset", workers: int | None = None, patience: float = 3600.0,
+    spec: Specification, out: str | Path, shards: Iterable[int] | None = None, resume: str = "if-possible", *,
+    format: str = "webdataset", workers: int | None = None,
     on_shard: Callable[[dict], object] | None = None,
 ) -> Made:  # fmt: skip
     """Make a data set, or what is missing of it.
@@ -69,12 +68,9 @@ def generate(
         out: a folder.
         shards: numbers of the shards to make, as for one of several jobs that share the work; None makes all. Whoever
             finishes the last one describes the whole.
-        executor: any `concurrent.futures.Executor`, such as Dask's or MPI's; None starts `workers`
-            processes. It must be able to import motionenv, and to write to `out`.
         resume: "never", "always" or "if-possible": whether to go on with what is in `out`.
         format: one of `motionenv.data.FORMATS`.
         workers: processes; None is one for each core.
-        patience: seconds without any finished shard after which the executor is given up.
         on_shard: called with each row of the manifest as it is written.
 
     Returns:
@@ -96,9 +92,7 @@ def generate(
         raise MotionError(f"can't write to {store.folder}: {error}") from error
     todo = [shard for shard in wanted if shard not in before]
     job = _Job(spec.json(), str(store.folder), format)
-    outcome = run(
-        partial(make_shard, job), todo, executor=executor, workers=workers, patience=patience, on_done=on_shard
-    )
+    outcome = run(partial(make_shard, job), todo, workers=workers, on_done=on_shard)
     return _concluded(store, spec, format, wanted, before, outcome)
 
 
@@ -106,8 +100,6 @@ def _concluded(store: Store, spec: Specification, form: str, wanted: list[int], 
     """The result by the manifest alone; describes the whole set if nothing is missing."""
     there = manifest.done(store, spec)
     failed = {shard: why for shard, why in outcome.failed.items() if shard not in there}
-    for shard in outcome.done.keys() - there:
-        failed[shard] = "the executor says that it is done, but it has no row in the manifest"
     missing = spec.shards - len(there)
     if not missing:
         finish(store, spec, form)

@@ -1,4 +1,4 @@
-"""Work spread over processes and executors."""
+"""Work spread over processes."""
 
 import os
 import signal
@@ -6,7 +6,6 @@ import subprocess
 import sys
 import textwrap
 import time
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
@@ -56,54 +55,6 @@ def test_failures_are_tried_again_then_told_and_stop_nobody(workers, tmp_path):
 def test_a_worker_that_is_killed_is_replaced(tmp_path):
     outcome = run(partial(dies, str(tmp_path)), range(12), workers=2)
     assert outcome.done == {k: k for k in range(12)}
-
-
-class Bad(Executor):
-    """An executor with a fault of a `kind`, otherwise one thread."""
-
-    def __init__(self, kind: str):
-        self.kind, self.count, self._pool = kind, 0, ThreadPoolExecutor(1)
-
-    def submit(self, fn, /, *args, **kwargs) -> Future:
-        self.count += 1
-        if self.kind == "raises" and self.count in (1, 2, 5):
-            raise ConnectionError("the scheduler is away")
-        if self.kind == "hangs" and self.count > 3:
-            return Future()
-        if self.kind == "cancels" and self.count in (1, 2, 5):
-            future: Future = Future()
-            future.cancel()
-            return future
-        if self.kind == "twice":
-            self._pool.submit(fn, *args, **kwargs)
-        return self._pool.submit(fn, *args, **kwargs)
-
-
-@pytest.mark.parametrize("kind", ["raises", "cancels", "twice"])
-def test_faulty_executors_that_do_the_work_in_the_end(kind):
-    assert run(square, range(6), executor=Bad(kind)).done == {k: k * k for k in range(6)}
-
-
-def test_an_executor_that_hangs_is_given_up():
-    outcome = run(square, range(6), executor=Bad("hangs"), patience=0.5)
-    assert set(outcome.done) == {0, 1, 2}
-    assert outcome.failed == {k: "no answer within 0.5 s" for k in (3, 4, 5)}
-
-
-def test_an_executor_that_takes_nothing():
-    class Closed(Executor):
-        def submit(self, fn, /, *args, **kwargs):
-            raise RuntimeError("cannot schedule new futures after shutdown")
-
-    outcome = run(square, range(3), executor=Closed())
-    assert not outcome.done
-    assert set(outcome.failed) == {0, 1, 2}
-
-
-def test_the_caller_s_executor_stays_open():
-    with ThreadPoolExecutor(2) as pool:
-        run(square, range(3), executor=pool)
-        assert pool.submit(square, 3).result() == 9
 
 
 def test_workers_are_counted():
