@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from importlib import import_module
 
 from fastapi import FastAPI
 from fastapi.routing import iter_route_contexts
@@ -14,27 +15,17 @@ from service import errors
 from service.jobs.backend import Backend
 from service.jobs.manager import JobManager
 from service.observability.metrics import Metrics
-from service.routes import (
-    cycles,
-    docs,
-    gait,
-    health,
-    jobs,
-    lift,
-    models,
-    page,
-    parameters,
-    stimuli,
-    stream,
-    synthesis,
-    tree,
-    uploads,
-)
+from service.routes import docs, page, parameters
 from service.settings import Settings
 from service.transport.access import AccessMiddleware, trusted_hosts
 from service.transport.compression import CompressionMiddleware
 from service.transport.middleware import ObservabilityMiddleware
 from service.transport.worker_pool import WorkerPool
+
+_MOST_USED_FIRST = (
+    "synthesis", "cycles", "tree", "lift", "gait", "stimuli", "health", "uploads", "jobs", "models", "stream",
+    "parameters", "page", "docs",
+)  # fmt: skip
 
 
 class Service:
@@ -86,11 +77,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     errors.install(app)
     if service.settings.all_keys:
         docs.require_keys(app)
-    most_used_first = (
-        synthesis, cycles, tree, lift, gait, stimuli, health, uploads, jobs, models, stream, parameters, page, docs,
-    )  # fmt: skip
-    for module in most_used_first:
-        app.include_router(module.router)
+    for name in _MOST_USED_FIRST:
+        app.include_router(import_module(f"service.routes.{name}").router)
     app.mount("/assets", page.ASSETS)
     app.mount("/docs", docs.ASSETS)
     app.state.paths = _methods(app)

@@ -63,9 +63,7 @@ class Settings(BaseSettings):
     cors: tuple[str, ...] = Field((), description="Origins of web pages that may use the API (CORS), a JSON list.")
     proxies: str = Field("", description="Addresses of trusted proxies, whose X-Forwarded-* headers are used.")
     rate: int = Field(
-        0,
-        ge=0,
-        description="Requests per minute for each key or address, counted by each process; 0: unlimited.",
+        0, ge=0, description="Requests per minute for each key or address, counted by each process; 0: unlimited."
     )
 
     max_upload: int = Field(64 * _MEGABYTE, ge=1, description="Maximum size of an upload [bytes].")

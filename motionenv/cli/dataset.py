@@ -22,9 +22,7 @@ Form = Annotated[str, typer.Option(help="Format: webdataset or coco.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes; by default one for each core.")]
 
 
-def presets(
-    name: Annotated[str | None, typer.Argument(help="Print this one, to begin your own with.")] = None,
-) -> None:
+def presets(name: Annotated[str | None, typer.Argument(help="Print this one, to begin your own with.")] = None) -> None:
     """List the specifications that come with motionenv, or print one.
 
     Example: motionenv dataset presets tracking > mine.toml
@@ -117,9 +115,7 @@ def _made(wanted: "Specification", out: str, shards: str | None, resume: str, fo
     _tell(made, wanted, out)
 
 
-def verify(
-    out: Annotated[str, typer.Argument(help="Folder of a data set.")],
-) -> None:
+def verify(out: Annotated[str, typer.Argument(help="Folder of a data set.")]) -> None:
     """Compare every file of a data set with the manifest. Exit code 3 if anything is missing or differs.
 
     Example: motionenv dataset verify people
@@ -138,7 +134,7 @@ def verify(
 def _specification(source: str, frames: str | None, seed: int | None, backgrounds: Path | None) -> "Specification":
     """The specification of `source` with --frames, --seed and --backgrounds."""
     from motionenv.data import Specification
-    from motionenv.render.sensors.own_photographs import photograph_files
+    from motionenv.render.sensors.photographs import photograph_files
 
     spec = Specification.read(source)
     if frames is not None:

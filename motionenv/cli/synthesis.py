@@ -30,8 +30,7 @@ from motionenv.errors import MotionError
 
 _FILMS = (".mp4", ".gif", ".webp")
 Out = Annotated[
-    Path,
-    typer.Option(help="Output file: a film (.mp4, .gif, .webp) or .bvh, .c3d, .csv, .glb, .mot, .npz, .trc."),
+    Path, typer.Option(help="Output file: a film (.mp4, .gif, .webp) or .bvh, .c3d, .csv, .glb, .mot, .npz, .trc.")
 ]
 
 

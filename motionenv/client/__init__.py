@@ -1,4 +1,4 @@
-"""Client of a service that `motionenv serve` runs: models, motions, lifting, and jobs.
+"""Client of a service that `motionenv serve` runs: motions, films and models.
 
     >>> with motionenv.Client("http://127.0.0.1:8000") as client:  # doctest: +SKIP
     ...     motion = client.synthesize("walk/fpca", seconds=4, fps=30, seed=1, speed=1.3)
@@ -8,6 +8,5 @@ The same seed gives the same motion, to the last bit, as `motionenv.synthesize`.
 """
 
 from motionenv.client.client import Client, Picture, Walk
-from motionenv.client.jobs import Job
 
-__all__ = ["Client", "Job", "Picture", "Walk"]
+__all__ = ["Client", "Picture", "Walk"]

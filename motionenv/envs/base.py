@@ -160,13 +160,13 @@ class TrackingEnv(OfWorld, gymnasium.Env):
 
     Args:
         world: with n = 1.
-        render_mode: None, "rgb_array" (the last estimated frame with the estimate overlaid), or "human" (the same in a
-            window; needs pygame, like Gymnasium's own environments).
+        render_mode: None, or "rgb_array": the last estimated frame with the estimate overlaid. Gymnasium's wrapper
+            `HumanRendering` shows it in a window.
         lost_after: error [m] that `LOST_ESTIMATES` consecutive estimates must exceed for the track to count as lost,
             until one is within it; None never counts one as lost.
     """
 
-    metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 30}  # noqa: RUF012 (as Gymnasium declares it)
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012 (as Gymnasium declares it)
 
     def __init__(self, world: World, *, render_mode: str | None = None, lost_after: float | None = None) -> None:
         self.world = world
@@ -179,7 +179,6 @@ class TrackingEnv(OfWorld, gymnasium.Env):
         self._begun = self._running = False
         self._off = 0
         self._estimate: np.ndarray | None = None
-        self._window: gymnasium.Env | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict]:
         """Start a new episode; returns the observation of its frame 0, and an empty info.
@@ -193,7 +192,6 @@ class TrackingEnv(OfWorld, gymnasium.Env):
         super().reset(seed=seed)
         self.world.begin(self._slots, [self.np_random])
         self._begun, self._running, self._off, self._estimate = True, True, 0, None
-        self._show()
         return self._observed(), {}
 
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -217,7 +215,6 @@ class TrackingEnv(OfWorld, gymnasium.Env):
         lost = self._off >= LOST_ESTIMATES
         truncated = bool(self.world.time[0] >= self.world.horizon)
         self._running, self._estimate = not truncated, actions[0]
-        self._show()
         return self._observed(), float(rewards[0]), False, truncated, {"error": error, "lost": lost}
 
     def truth(self) -> dict[str, Any]:
@@ -228,7 +225,7 @@ class TrackingEnv(OfWorld, gymnasium.Env):
     def render(self) -> np.ndarray | None:
         """The last estimated frame with the estimate overlaid, uint8 (H, W, 3); after `reset`, frame 0 alone.
 
-        None without a render mode, and for "human", where `reset` and `step` show it. ResetNeeded before `reset`.
+        None without a render mode; ResetNeeded before `reset`.
         """
         if self.render_mode is None and self.spec is not None:
             gymnasium.logger.warn(
@@ -241,10 +238,7 @@ class TrackingEnv(OfWorld, gymnasium.Env):
         return self.world.render(0, self._estimate)
 
     def close(self) -> None:
-        """Close the window and release threads. Repeated calls do nothing."""
-        if self._window is not None:
-            self._window.close()
-            self._window = None
+        """Release threads. Repeated calls do nothing."""
         self.world.close()
 
     def check_begun(self, what: str) -> None:
@@ -255,17 +249,6 @@ class TrackingEnv(OfWorld, gymnasium.Env):
     def _observed(self) -> Observation:
         seen = self.world.observe(self._slots)
         return {name: value[0] for name, value in seen.items()} if isinstance(seen, dict) else seen[0]
-
-    def _show(self) -> None:
-        if self.render_mode == "human":
-            if self._window is None:
-                from motionenv.envs.window import Window
-
-                self._window = Window(self.metadata["render_fps"])
-            self._window.step(self.world.render(0, self._estimate))
-
-    def __getstate__(self):
-        return {**self.__dict__, "_window": None}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -294,7 +277,8 @@ class SimulatedTracking(TrackingEnv):
 def checked_render_mode(mode: str | None, modes: Sequence[str]) -> str | None:
     """`mode`, which must be one of `modes` or None; otherwise raises MotionError."""
     if mode is not None and mode not in modes:
-        raise MotionError(f"render_mode must be None or one of {', '.join(modes)}, got {mode!r}")
+        shown = ": wrap the environment in gymnasium.wrappers.HumanRendering" if mode == "human" else ""
+        raise MotionError(f"render_mode must be None or {' or '.join(modes)}, got {mode!r}{shown}")
     return mode
 
 

@@ -107,8 +107,7 @@ class MarkerTracking(SimulatedTracking):
     - `actions="normalised"`: or "metric", see Action Space.
     - `lost_after=None`: with a number, `info["lost"]` is true from the tenth consecutive estimate that is off by more
       than that many metres, until one is not.
-    - `render_mode=None`: "rgb_array", the last estimated points with the estimate overlaid; or "human", the same in a
-      window.
+    - `render_mode=None`: "rgb_array", the last estimated points with the estimate overlaid.
 
     `truth()` returns "joints" (15, 3) [m], "alpha" [rad], and "camera" (that of rendered images) for the last observed
     frame. Fourier walkers have neither pose nor skeleton. `observation_model` evaluates hypotheses (poses in this

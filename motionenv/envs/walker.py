@@ -110,14 +110,12 @@ class WalkerTracking(SimulatedTracking):
       light. Both affect "rgb" only; "mask" and "depth" are exact.
     - `fps=30`, `horizon=90`: frame rate [Hz], and number of estimates in an episode.
     - `speed=None`, `height=None`: ranges (low, high) of walking speed [m/s] and body height [m]. None is people's own.
-    - `person="adult"`: whom a model draws: "adult", "woman", "man", "child" (6 to 17 years), "girl" or "boy". Bodies
-      have published heights, weights and girths (`motionenv.models.people`).
+    - `person="adult"`: whom a model draws: "adult", "woman", "man", "child" (6 to 17 years), "girl" or "boy".
     - `clothes=True`: whether colours differ between episodes.
     - `estimate="pose"`, `n_belief=64`, `actions="normalised"`: see Action Space.
     - `lost_after=None`: with a number, `info["lost"]` is true from the tenth consecutive estimate that is off by more
       than that many metres, until one is not. Rewards and episode length don't change.
-    - `render_mode=None`: "rgb_array", the last estimated frame with the estimate overlaid, at least 256 pixels wide; or
-      "human", the same in a window.
+    - `render_mode=None`: "rgb_array", the last estimated frame with the estimate overlaid, at least 256 pixels wide.
 
     `truth()` returns "pose" (25,), "joints" (15, 3), "camera" and "skeleton" for the last observed frame.
     `observation_model` evaluates hypotheses against that frame without access to the ground truth. If only "rgb" is

@@ -133,8 +133,7 @@ class ReportFields(ReadFields):
         examples=["standing.c3d"],
     )
     wands: Literal["auto", "use", "ignore"] = Field(
-        "auto",
-        description="The markers on thighs and shanks; auto leaves out those that can't be right.",
+        "auto", description="The markers on thighs and shanks; auto leaves out those that can't be right."
     )
     age: float | None = Field(None, ge=0, le=120, description="Age [years], for published norms of step parameters.")
     sex: Literal["female", "male"] | None = Field(None, description="For norms that part the sexes; needs age.")

@@ -68,12 +68,6 @@ def test_a_problem_says_what_python_would_say(client):
     assert missing.value.status == 404
 
 
-def test_motion_grows_as_in_python(client):
-    grown = client.tree_synthesize(3, "walk", seed=5, temperature=0.1)
-    expected = motionenv.load("mixed/tree").generator("walk", seed=5, temperature=0.1).motion(3)
-    np.testing.assert_array_equal(grown.poses, expected.poses)
-
-
 def test_errors_cross_processes_whole():
     import pickle
 

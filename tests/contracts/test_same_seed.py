@@ -17,6 +17,11 @@ ASKED = [
     pytest.param({"model": "walk/fpca", "seed": 7}, id="fpca"),
     pytest.param({"model": "walk/fpca", "seed": 2**40, "speed": 1.4, "height": 1.62}, id="fpca, speed and height"),
     pytest.param({"model": "walk/eigenwalkers", "seed": 3, "speed": 1.2, "height": 1.8}, id="eigenwalkers"),
+    pytest.param({"model": "walk/prior", "seed": 5, "person": "girl"}, id="prior, a girl"),
+]
+HEAVY = [
+    pytest.param({"model": model, "seed": 4, "person": "man", "weight": 118.0, "height": 1.8}, id=f"{model}, heavy")
+    for model in ("walk/fpca", "walk/eigenwalkers", "walk/prior")
 ]
 
 
@@ -35,7 +40,7 @@ def python():
     )
 
 
-@pytest.mark.parametrize("asked", ASKED)
+@pytest.mark.parametrize("asked", ASKED + HEAVY)
 def test_through_http(server, python, tmp_path, asked):
     motion = python(asked)
     body = {**asked, "seconds": SECONDS, "fps": FPS}
@@ -47,13 +52,13 @@ def test_through_http(server, python, tmp_path, asked):
     same(motionenv.read(file), motion)
 
 
-@pytest.mark.parametrize("asked", ASKED)
+@pytest.mark.parametrize("asked", ASKED + HEAVY)
 def test_through_the_client(server, python, asked):
     with motionenv.Client(server.url) as client:
         same(client.synthesize(seconds=SECONDS, fps=FPS, **asked), python(asked))
 
 
-@pytest.mark.parametrize("asked", ASKED)
+@pytest.mark.parametrize("asked", ASKED + HEAVY)
 def test_through_the_command_line(python, tmp_path, asked):
     out = tmp_path / "walk.npz"
     options = [f"--{name}={value}" for name, value in asked.items() if name != "model"]
@@ -66,7 +71,8 @@ def test_through_the_command_line(python, tmp_path, asked):
 def arguments(asked: dict) -> dict:
     """Those of an environment: what else is one number is a range there."""
     ranges = {name: (asked[name], asked[name]) for name in ("speed", "height") if name in asked}
-    return {"motion": asked["model"], "motion_seed": asked["seed"], "fps": FPS, "horizon": HORIZON, **ranges}
+    who = {"person": asked.get("person", "adult"), **ranges}
+    return {"motion": asked["model"], "motion_seed": asked["seed"], "fps": FPS, "horizon": HORIZON, **who}
 
 
 @pytest.mark.parametrize("asked", ASKED)
@@ -101,7 +107,7 @@ def test_through_the_environment(python, asked, split):
 @pytest.mark.parametrize("asked", ASKED)
 def test_what_episodes_are_cut_from_is_the_motion_to_the_last_bit(python, asked):
     how = arguments(asked)
-    ranges = {name: how[name] for name in ("speed", "height") if name in how}
+    ranges = {name: how[name] for name in ("speed", "height", "person") if name in how}
     source = Source(asked["model"], "train", HORIZON + 1, FPS, seed=asked["seed"], **ranges)
     poses, body = source.open().draw(np.random.default_rng(5))
     same(motionenv.Motion(poses, body, FPS), python(asked))

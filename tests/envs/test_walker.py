@@ -60,7 +60,7 @@ REFUSED = {
     "clothes must be True or False": [{"clothes": "yes"}],
     "fps": [{"fps": 1e9}],
     "lost_after must be a number of metres above 0": [{"lost_after": after} for after in (0.0, True, "far")],
-    "render_mode must be None or one of human, rgb_array": [{"render_mode": "ansi"}],
+    "render_mode must be None or rgb_array": [{"render_mode": "ansi"}],
 }
 
 

@@ -7,9 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from motionenv.body import limb_radii
 from motionenv.errors import FormatError, MotionError
 from motionenv.mocap import npz
 from motionenv.mocap.npz import load_arrays
+from motionenv.models.synthesis import synthesize
 from motionenv.types import Motion, Skeleton
 
 
@@ -165,3 +167,19 @@ def test_only_wanted_arrays_are_loaded_and_objects_never(tmp_path):
 def test_other_files_are_refused_in_our_words(raw):
     with pytest.raises(FormatError, match="^a.npz: isn't an NPZ file, or is damaged$"):
         load_arrays(raw, "a.npz", {"trans"})
+
+
+def test_bodies_of_motionenv_0_3_are_read_with_their_thickness(tmp_path):
+    """Its 17 limbs had no face and no hair."""
+    motion = synthesize("walk/fpca", 1, 30, seed=1, height=1.7)
+    npz.write(motion, tmp_path / "now.npz")
+    with np.load(tmp_path / "now.npz") as file:
+        fields = dict(file)
+    for girth in (1.0, 1.2):
+        old = np.full((17, 2), 0.03)
+        old[0] = 0.062 * 1.7 * girth, 0.079 * 1.7 * girth
+        np.savez(tmp_path / "old.npz", **{**fields, "radii": old})
+        read = npz.read(tmp_path / "old.npz")
+        np.testing.assert_array_equal(read.poses, motion.poses)
+        np.testing.assert_allclose(read.skeleton.radii, limb_radii(1.7, girth))
+    np.testing.assert_array_equal(npz.read(tmp_path / "now.npz").skeleton.radii, motion.skeleton.radii)

@@ -56,9 +56,8 @@ Metres, radians and pixels; the world is x forward, y left, z up; missing values
 
 ## Limits
 
-- Bodies are smooth and wear what is painted on them; a face is a nose, ears and hair, and feet have no degrees of
-  freedom of their own. People walk and turn; they don't sit, dance or fall, unless the model does. Heavy people walk as
-  light ones do.
+- Bodies are smooth; a face is a nose, ears and hair; feet have no degrees of freedom of their own. Heavy people walk as
+  light ones do. People walk and turn; they don't sit, dance or fall, unless the model does.
 - Backgrounds are procedural, unless they are a folder of photographs, and there is no ground below the feet.
 - What learns from it should be tested on real pictures of the people it will meet. Models learned from few people: see
   `motionenv models` for who they were, and under which licence.

@@ -66,18 +66,19 @@ def _attempted(work, tasks: Sequence[Any], workers: int):
     if workers <= 1:
         for task in tasks:
             try:
-                result, problem = work(task), None
+                result = work(task)
             except Exception as error:  # noqa: BLE001  whatever it is, it is this task's failure and told as such
-                result, problem = None, error
-            yield task, problem, result
+                yield task, error, None
+            else:
+                yield task, None, result
         return
     spawn = multiprocessing.get_context("spawn")  # a fork would copy threads' locks
     pool = ProcessPoolExecutor(workers, mp_context=spawn, initializer=_begin_worker)
     try:
         running = {pool.submit(_worked, work, task): task for task in tasks}
         for future in as_completed(running):
-            error = future.exception()
-            yield running[future], error, None if error else future.result()
+            problem = future.exception()
+            yield running[future], problem, None if problem else future.result()
         pool.shutdown()
     except BaseException:
         _end(pool)

@@ -4,20 +4,8 @@ import numpy as np
 
 from motionenv.body import LIMBS
 from motionenv.body.face import face_points
+from motionenv.data.samples import walkers
 from motionenv.data.samples.views import Views, face_visibility, place, visibility
-from motionenv.data.samples.walkers import (
-    PASSERS,
-    PELVIS,
-    VIEW,
-    WALKERS,
-    frames_of,
-    generator,
-    joints_in,
-    mean_heading,
-    record,
-    shown,
-    turned,
-)
 from motionenv.data.specification import Specification
 from motionenv.types import Skeleton
 
@@ -34,26 +22,26 @@ class Group:
     """
 
     def __init__(self, spec: Specification, number: int) -> None:
-        self.spec, self.number, n = spec, number, WALKERS * spec.people.views
-        rng, recordings = generator(spec.seed, number, VIEW), record(spec, number)
-        who = np.arange(n) % WALKERS
-        frames = rng.integers(*frames_of(spec)[1:], n, endpoint=True)[:, None] + np.arange(spec.clip)
-        self.poses, self.offsets, self.radii, self.heights = shown(recordings, who, frames)
+        self.spec, self.number, n = spec, number, walkers.WALKERS * spec.people.views
+        rng, recordings = walkers.generator(spec.seed, number, walkers.VIEW), walkers.record(spec, number)
+        who = np.arange(n) % walkers.WALKERS
+        frames = rng.integers(*walkers.frames_of(spec)[1:], n, endpoint=True)[:, None] + np.arange(spec.clip)
+        self.poses, self.offsets, self.radii, self.heights = walkers.shown(recordings, who, frames)
         self.phase = np.stack([r.phase for r in recordings])[who[:, None], frames]
         self.contact = np.stack([r.contact for r in recordings])[who[:, None], frames]
-        turned(self.poses, -mean_heading(self.poses))
+        walkers.turned(self.poses, -walkers.mean_heading(self.poses))
         self.poses[:, :, :2] -= self.poses[:, :1, :2].copy()
-        self.joints = joints_in(self.poses, self.offsets)
+        self.joints = walkers.joints_in(self.poses, self.offsets)
         self.views = place(spec, self.joints, self.heights, rng)
         self.passers = Passers(spec, number, self.joints, self.views)
 
     def face(self, which: np.ndarray, drawn: dict[str, np.ndarray]) -> np.ndarray:
         """`face` of samples `which` (k,), whose pictures are `drawn`: (k, frames, 5, 3)."""
-        body = self.offsets[which], self.radii[which], self.heights[which]
+        body = [self.offsets[which], self.radii[which], self.heights[which]]
         return _face(self.views, which, self.poses[which], body, drawn)
 
 
-def _face(views: Views, which: np.ndarray, poses: np.ndarray, body: tuple, drawn: dict[str, np.ndarray]) -> np.ndarray:
+def _face(views: Views, which: np.ndarray, poses: np.ndarray, body: list, drawn: dict[str, np.ndarray]) -> np.ndarray:
     """Pixels and visibility (k, frames, 5, 3) of the faces of people with `poses` (k, frames, 25)."""
     points = np.array([face_points(p, Skeleton(*one)) for p, *one in zip(poses, *body, strict=True)])
     pixels, depth = views.project(points, which)
@@ -85,15 +73,17 @@ class Passers:
         self.heights = np.ones((most, n))
         if not most:
             return
-        rng, recordings = generator(spec.seed, number, PASSERS), record(spec, number, PASSERS)
+        rng = walkers.generator(spec.seed, number, walkers.PASSERS)
+        recordings = walkers.record(spec, number, walkers.PASSERS)
         least, limit = (int(count) for count in spec.people.passers_by)
         counts = rng.integers(least, limit, n, endpoint=True)
-        taken = [joints[:, :, PELVIS, :2]]
+        taken = [joints[:, :, walkers.PELVIS, :2]]
         for k in range(most):
-            who, start = rng.integers(WALKERS, size=n), rng.integers(*frames_of(spec)[1:], n, endpoint=True)
-            poses, *body = shown(recordings, np.asarray(who), start[:, None] + np.arange(frames))
+            who = rng.integers(walkers.WALKERS, size=n)
+            start = rng.integers(*walkers.frames_of(spec)[1:], n, endpoint=True)
+            poses, *body = walkers.shown(recordings, np.asarray(who), start[:, None] + np.arange(frames))
             self._lead(poses, joints, rng, spec.pictures.width)
-            self.joints[k] = joints_in(poses, body[0])
+            self.joints[k] = walkers.joints_in(poses, body[0])
             free = (views.project(self.joints[k])[1] > _NEAREST).all(axis=(1, 2))
             for other in taken:
                 apart = np.linalg.norm(poses[..., :2] - other, axis=-1)
@@ -107,9 +97,9 @@ class Passers:
     def _lead(self, poses: np.ndarray, joints: np.ndarray, rng: np.random.Generator, width: int) -> None:
         """Move walks (n, frames, 25) in place so that they pass the camera's view in the middle of the clip."""
         views, n, middle = self.views, len(poses), poses.shape[1] // 2
-        turned(poses, rng.uniform(-np.pi, np.pi, n) - mean_heading(poses))
+        walkers.turned(poses, rng.uniform(-np.pi, np.pi, n) - walkers.mean_heading(poses))
         centre = -np.einsum("nji,nj->ni", views.R, views.t[:, middle])[:, :2]
-        away = np.linalg.norm(joints[:, middle, PELVIS, :2] - centre, axis=-1)
+        away = np.linalg.norm(joints[:, middle, walkers.PELVIS, :2] - centre, axis=-1)
         forward = views.R[:, 2, :2] / np.linalg.norm(views.R[:, 2, :2], axis=-1, keepdims=True)
         depth = away * np.exp(rng.uniform(np.log(_DEPTHS[0]), np.log(_DEPTHS[1]), n))
         aside = depth * width / views.K[:, 0, 0] * rng.uniform(-_WIDE, _WIDE, n)
@@ -123,10 +113,8 @@ class Passers:
         for k in range(most):
             pixels[:, k], depth = self.views.project(self.joints[k, which], which)
             seen[:, k] = visibility(pixels[:, k], depth, drawn, k + 2)
-        faces = [
-            _face(self.views, which, self.poses[k, which], (self.offsets[k, which], self.radii[k, which],
-                  self.heights[k, which]), drawn) for k in range(most)
-        ]  # fmt: skip
+        everybody = (part[:, which] for part in (self.poses, self.offsets, self.radii, self.heights))
+        faces = [_face(self.views, which, poses, body, drawn) for poses, *body in zip(*everybody, strict=True)]
         return {
             "others_poses": self.poses[:, which].swapaxes(0, 1),
             "others_joints": self.joints[:, which].swapaxes(0, 1),

@@ -264,7 +264,7 @@ class ActiveTracking(TrackingEnv):
     - `fps=10`, `horizon=200`: frame rate, and number of estimates in an episode.
     - `split="train"`: or "eval", which has other walkers.
     - `render_mode=None`: "rgb_array", the plaza from above, with beliefs as rings of two standard deviations, beside
-      the camera's view; or "human", the same in a window.
+      the camera's view.
 
     `truth()` returns "positions" (people, 2), "joints" (people, 15, 3) and "camera" of the last observed frame.
     `info["error"]` is the mean distance [m] between believed and true positions.

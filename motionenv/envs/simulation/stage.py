@@ -8,9 +8,8 @@ import numpy as np
 from gymnasium import spaces
 
 from motionenv._core.validation import checked_whole
-from motionenv.body import LIMBS
 from motionenv.body.joints_kernel import joints_of
-from motionenv.body.limbs import COLOURS
+from motionenv.body.limbs import COLOURS, LIMBS
 from motionenv.envs.simulation.motion_sources import Recordings
 from motionenv.envs.simulation.views import FOV, View
 from motionenv.errors import MotionError

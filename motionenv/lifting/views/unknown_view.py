@@ -29,16 +29,7 @@ from motionenv._core.threads import in_chunks
 from motionenv._core.validation import checked_number
 from motionenv.errors import ModelError, MotionError
 from motionenv.lifting.view_geometry import axes
-from motionenv.lifting.views._gaussian import (
-    SHAPE,
-    VARIANCE,
-    Gaussian,
-    checked_angle,
-    checked_sequences,
-    data_terms,
-    gaussian,
-    patterns,
-)
+from motionenv.lifting.views import _gaussian as seen_from
 from motionenv.models.eigenwalkers.fourier_model import FourierModel
 from motionenv.models.eigenwalkers.fourier_series import columns, later
 
@@ -82,7 +73,7 @@ class Views(OneLine):
 
 
 def find_view(
-    model: FourierModel, w2: ArrayLike, *, approach: str = "map", variance: float | None = VARIANCE,
+    model: FourierModel, w2: ArrayLike, *, approach: str = "map", variance: float | None = seen_from.VARIANCE,
     n_components: int | None = None, phase: float | str = 0.0, elevation: float | str | tuple[float, float] = 0.0,
     scale: float | str = 1.0, offset: str = "known", alphas: float | tuple[float, float] | None = None,
     measurement: float = 0.0,
@@ -110,18 +101,18 @@ def find_view(
         raise MotionError(
             f'approach must be "map" or "ls", offset "known" or "unknown"; got {approach!r} and {offset!r}'
         )
-    g = gaussian(model, variance, n_components, approach == "map", measurement)
-    y, seen = checked_sequences(w2)
+    g = seen_from.gaussian(model, variance, n_components, approach == "map", measurement)
+    y, seen = seen_from.checked_sequences(w2)
     noise = g.noise + g.measurement
     if _is_unknown(phase) and not np.allclose(noise[1::2], noise[2::2], rtol=1e-9):
         raise ModelError('variance and measurement must be equal for sine and cosine if phase is "unknown"')
     grid = _Grid.of(alphas, elevation, phase)
     y = y / (1.0 if _is_unknown(scale) else checked_number(scale, "scale", above=0))
-    y = y if _is_unknown(phase) else later(y, float(checked_angle(phase, "phase", ())))
+    y = y if _is_unknown(phase) else later(y, float(seen_from.checked_angle(phase, "phase", ())))
     shape, n = seen.shape[:-1], int(np.prod(seen.shape[:-1]))
-    y, seen = y.reshape(n, *SHAPE, 2), seen.reshape(n, -1)
+    y, seen = y.reshape(n, *seen_from.SHAPE, 2), seen.reshape(n, -1)
     found = _Found.of(n, len(g.precision))
-    for pattern, rows in patterns(seen):
+    for pattern, rows in seen_from.patterns(seen):
         _search(g, grid, y, pattern, rows, _is_unknown(scale), offset == "unknown", found)
     if not _is_unknown(phase):
         found.angles[..., 2] += float(phase)
@@ -161,7 +152,7 @@ class _Grid:
 def _range(given, name: str) -> tuple[float, float]:
     if isinstance(given, str) or np.size(given) > 2:
         raise MotionError(f'{name} must be an angle [rad], a range (low, high) or "unknown"; got {given!r}')
-    low, high = checked_angle(given, name, (2,))
+    low, high = seen_from.checked_angle(given, name, (2,))
     if low > high or (np.size(given) == 2 and low == high):
         raise MotionError(f"{name} must be a range (low, high) with low < high, got {given!r}")
     return float(low), float(high)
@@ -197,11 +188,11 @@ class _Found:
         return Views(**best, alternatives=others)
 
 
-def _search(g: Gaussian, grid: _Grid, y, seen, rows, any_scale: bool, any_place: bool, found: _Found) -> None:
+def _search(g: seen_from.Gaussian, grid: _Grid, y, seen, rows, any_scale: bool, any_place: bool, found: _Found) -> None:
     """Write the minima of the sequences `rows` of `y` (n, 5, 15, 2), which show the markers `seen` (15,)."""
     from motionenv.lifting.views._search_kernels import factor_views, search
 
-    terms = data_terms(g, y[rows], seen, len(grid.phases) > 1, any_place)
+    terms = seen_from.data_terms(g, y[rows], seen, len(grid.phases) > 1, any_place)
     size, n = len(grid.alphas) * len(grid.elevations), len(g.precision)
     views = np.empty((size, 5)), np.empty((size, n, n)), np.empty((size, n)), np.empty(size)
     if not factor_views(grid.alphas, grid.elevations, terms.blocks, g.precision, *views):

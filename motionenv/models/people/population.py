@@ -19,6 +19,7 @@ import json
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -64,25 +65,16 @@ _HALF_TRUNK = LIMB_SHIFTS[(*_WAIST, 1)]
 _OUTWARD = np.array([1.0, -1.0])
 
 
-@dataclass(frozen=True)
-class _Table:
-    """Published anthropometry: names of the measures (m,); women first.
+class _Table(NamedTuple):
+    """Published anthropometry; women come before men."""
 
-    Attributes:
-        adults: (2, 4) means and deviations of stature [m] and of log BMI [kg/m²].
-        at_25: (2, m) logarithms of the measures relative to stature at 25 kg/m².
-        exponents: (m,) of the BMI.
-        root: (m, m) lower Cholesky factor of the residuals' covariance.
-        height, bmi: (2, 12, 3) L, M, S of stature [m] and BMI [kg/m²] of children by age.
-    """
-
-    names: tuple[str, ...]
-    adults: np.ndarray
-    at_25: np.ndarray
-    exponents: np.ndarray
-    root: np.ndarray
-    height: np.ndarray
-    bmi: np.ndarray
+    names: tuple[str, ...]  # of the m measures
+    adults: np.ndarray  # (2, 4) means and deviations of stature [m] and of log BMI [kg/m²]
+    at_25: np.ndarray  # (2, m) logarithms of the measures relative to stature at 25 kg/m²
+    exponents: np.ndarray  # (m,) of the BMI
+    root: np.ndarray  # (m, m) lower Cholesky factor of the residuals' covariance
+    height: np.ndarray  # (2, 12, 3) L, M, S of children's stature [m] by age
+    bmi: np.ndarray  # (2, 12, 3) and of their BMI [kg/m²]
 
 
 @cache

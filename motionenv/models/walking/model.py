@@ -32,15 +32,7 @@ from motionenv.models.fpca.model import FunctionalPCA
 from motionenv.models.people.pace import Pace, fit_pace
 from motionenv.models.people.population import Person, average_person, draw_person
 from motionenv.models.types import Components, Cycle, Treadmill, Walker
-from motionenv.models.walking.tables import (
-    CHANNELS,
-    Tables,
-    floors_of,
-    lacking_angles,
-    root_of,
-    series_of,
-    tables_of,
-)
+from motionenv.models.walking.tables import CHANNELS, Tables, floors_of, lacking_angles, root_of, series_of, tables_of
 from motionenv.types import HEIGHT_RANGE, SPEED_RANGE, Cycles, Motion, Skeleton
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ import numpy as np
 
 from motionenv._core.threads import Workers
 from motionenv._core.validation import PICTURE_SIZES, checked_whole
-from motionenv.body import LIMBS
-from motionenv.body.limbs import CLOTHES, COLOURS
+from motionenv.body.limbs import CLOTHES, COLOURS, LIMBS
 from motionenv.errors import MotionError
 from motionenv.render.raycast._draw_kernel import draw_crowd
 from motionenv.render.raycast._shade_kernel import encoding

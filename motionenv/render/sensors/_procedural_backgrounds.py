@@ -5,16 +5,15 @@ windows, shelves, boxes, poles), textures, shadows, uneven light, and the colour
 generated from fixed seeds when first requested, once per size and process.
 """
 
-import threading
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from motionenv.body import from_height
-from motionenv.body.limbs import COLOURS
+from motionenv.body.limbs import COLOURS, from_height
 from motionenv.render.cameras import look_at
 from motionenv.render.raycast.multi_body import WORN, MultiBodyRaycaster, outfits
+from motionenv.render.sensors.photographs import Bank
 
 _SCENES = 16  # photographs before mirroring
 _SEED = 20260303
@@ -41,37 +40,19 @@ _PALETTE = np.array([
 _SHAPES, _SHARES = ("box", "ellipse", "pole", "bush"), (0.66, 0.08, 0.14, 0.12)
 
 
-class Bank:
-    """Photographs of one size, generated when requested.
-
-    `pictures`, uint8 (2 · scenes, height, period + width, 3), holds each scene and its mirror image, horizontally
-    periodic, so that a camera can pan indefinitely.
-    """
-
-    def __init__(self, width: int, height: int) -> None:
-        self.width, self.height = width, height
-        self.pictures = np.zeros((2 * _SCENES, height, 3 * width, 3), np.uint8)
-        self._made: set[int] = set()
-        self._lock = threading.Lock()
-
-    def get(self, which: int) -> int:
-        """Generate the scene of photograph `which` if necessary; returns `which`."""
-        number = which // 2
-        with self._lock:
-            if number not in self._made:
-                scene = photograph(number, 2 * self.width, self.height)
-                for picture, view in zip(self.pictures[2 * number :], (scene, scene[:, ::-1]), strict=False):
-                    picture[:] = np.concatenate([view, view[:, : self.width]], axis=1)
-                self._made.add(number)
-        return which
-
-
 @cache
 def photographs(width: int, height: int) -> Bank:
-    """The process's bank of photographs for images of that size [pixels]."""
-    return Bank(width, height)
+    """The process's bank of procedural photographs, and their mirror images, for images of that size [pixels]."""
+
+    def make(which: int) -> np.ndarray:
+        scene = photograph(which // 2, 2 * width, height)
+        view = scene[:, ::-1] if which % 2 else scene
+        return np.concatenate([view, view[:, :width]], axis=1)
+
+    return Bank(2 * _SCENES, width, height, make)
 
 
+@lru_cache(maxsize=2)
 def photograph(number: int, width: int, height: int) -> np.ndarray:
     """A cluttered image, uint8 (height, width, 3), horizontally periodic; of a `number`, the same at every size."""
     plan, grain = np.random.default_rng((_SEED, number, 0)), np.random.default_rng((_SEED, number, 1))
@@ -178,29 +159,22 @@ def _texture(plan: np.random.Generator, grain: np.random.Generator, shape: str, 
         shade = shade * (1 - 1.1 * (u - 0.45) ** 2)
     rough = 1 + plan.uniform(0.02, 0.14) * _noise(grain, u.shape, 0.9)
     look = look * (shade * rough)[..., None]
-    if shape == "box" and plan.random() < 0.6:
-        border = np.minimum(np.minimum(u, 1 - u), np.minimum(v, 1 - v)) < plan.uniform(0.02, 0.06)
-        look = np.where(border[..., None], _colour(plan), look)
     return look
 
 
 def _pattern(plan: np.random.Generator, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Weight (rows, columns) of the second colour: uniform, stripes, panes, shelves, checks or a gradient."""
-    kind, m, n = plan.integers(6), plan.integers(2, 9), plan.integers(2, 9)
+    """Weight (rows, columns) of the second colour: uniform, stripes, checks, or shelves with books."""
+    kind, m, n = plan.integers(4), plan.integers(2, 9), plan.integers(2, 9)
     if kind == 0:
         return np.zeros(u.shape)
     if kind == 1:
         return (np.floor((u if plan.random() < 0.5 else v) * 2 * m) % 2).astype(float)
-    if kind == 2:  # panes with frames
-        return ((np.abs(u * m % 1 - 0.5) < 0.4) & (np.abs(v * n % 1 - 0.5) < 0.4)).astype(float)
-    if kind == 3:  # shelves with books
-        shelf = np.floor(v * n)
-        book = np.floor(u * 9 * m / 2 + 3.7 * shelf)
-        shade = (np.sin(book * 12.9898 + shelf * 78.233) * 43758.5453) % 1
-        return np.where(v * n % 1 < 0.15 + 0.35 * ((shade * 7.7) % 1), 0.0, shade)
-    if kind == 4:
+    if kind == 2:
         return ((np.floor(u * m) + np.floor(v * n)) % 2).astype(float)
-    return np.clip(v, 0, 1)
+    shelf = np.floor(v * n)
+    book = np.floor(u * 9 * m / 2 + 3.7 * shelf)
+    shade = (np.sin(book * 12.9898 + shelf * 78.233) * 43758.5453) % 1
+    return np.where(v * n % 1 < 0.15 + 0.35 * ((shade * 7.7) % 1), 0.0, shade)
 
 
 @cache

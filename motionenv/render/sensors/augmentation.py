@@ -18,9 +18,9 @@ from motionenv._core.threads import Workers
 from motionenv._core.validation import checked_fps, checked_number, checked_whole
 from motionenv.errors import MotionError
 from motionenv.render.sensors import _sensor_kernel as kernel
-from motionenv.render.sensors._procedural_backgrounds import OBJECTS, PEOPLE, PHASES, Bank, photographs, sprites
+from motionenv.render.sensors._procedural_backgrounds import OBJECTS, PEOPLE, PHASES, photographs, sprites
 from motionenv.render.sensors._sensor_kernel import DEPTH, FAR, PARALLAX, THING
-from motionenv.render.sensors.own_photographs import OwnBank, own_photographs, photograph_files
+from motionenv.render.sensors.photographs import Bank, own_photographs, photograph_files
 from motionenv.types import Frame
 
 __all__ = ["BACKGROUNDS", "FAR", "Augmentation", "Augmenter"]
@@ -170,7 +170,7 @@ class Augmenter:
         """Load the photographs and sprites that all augmenters of this size share."""
         size = self.width, self.height
         kind = self.choice.background
-        self._bank: Bank | OwnBank | None = None
+        self._bank: Bank | None = None
         if kind != "plain":
             self._bank = photographs(*size) if kind == "clutter" else own_photographs(photograph_files(kind), *size)
         self._photographs = np.empty((0, 0, 0, 3), np.uint8) if self._bank is None else self._bank.pictures

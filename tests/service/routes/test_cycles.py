@@ -51,11 +51,12 @@ def test_a_seed_draws_the_walker_and_without_any_it_is_the_average(server):
 
 
 @pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers", "walk/prior"])
-@pytest.mark.parametrize("how", [{}, {"speed": 1.6}, {"height": 1.5}])
+@pytest.mark.parametrize("how", [{}, {"speed": 1.6}, {"height": 1.5}, {"person": "child"}, {"weight": 95.0}])
 def test_a_seed_draws_who_walks_over_the_ground(server, model, how):
     told = post(server, model=model, seed=5, **how).json()
     walk = motionenv.synthesize(model, 8, 60, seed=5, variation=0.0, **how)
     assert told["height"] == pytest.approx(walk.skeleton.height, rel=1e-9)
+    np.testing.assert_allclose(told["radii"], walk.skeleton.radii, rtol=1e-9)
     speed = (walk.poses[-1, 0] - walk.poses[0, 0]) * 60 / 479
     assert told["stride"] / told["seconds"] == pytest.approx(speed, rel=0.04)  # 8 s aren't whole strides
     again = post(server, model=model, deviations=told["deviations"], speed=speed, height=told["height"]).json()

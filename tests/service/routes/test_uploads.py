@@ -133,10 +133,9 @@ def test_a_stream_of_ones_own_model_goes_on_when_it_is_replaced(shared, files):
         assert "no model" in json.loads(other.recv())["detail"]
 
 
-def test_the_client_saves_and_uploads(shared, files, tmp_path):
+def test_the_client_saves_models(shared, files, tmp_path):
+    added(shared["bert"], files[0], name="copied")
     with motionenv.Client(str(shared["bert"].base_url), KEYS["bert"]) as client:
-        (tmp_path / "m.npz").write_bytes(files[0])
-        client.upload_model("copied", tmp_path / "m.npz").wait()
         client.save_model("fitted/copied", tmp_path / "back.npz")
         assert (tmp_path / "back.npz").read_bytes() == files[0]
         assert motionenv.load(tmp_path / "back.npz").kind == "walking"
