@@ -1,6 +1,6 @@
 """Are the data good? A small network learns to lift from generated clips alone, and is tested on captured people.
 
-    motionenv bench data.training [--mocap FOLDER] [--minutes 12]
+    motionenv bench data.training [--mocap FOLDER] [--minutes 12] [--bodies average]
 
 A temporal convolution with 0.9 M parameters sees the `detected` points of the preset `lifting`, drawn while it learns,
 on one core, and tells the joints relative to the pelvis in the camera's frame. It is tested on captured clips before
@@ -8,6 +8,9 @@ cameras, with a detector's errors (`motionenv.mocap.keypoints.DetectorErrors`): 
 nothing here has learned, and CMU's walks, to which the model that makes the training data was fitted. Size of network,
 rate of learning and stretches of time were set once, before any test; no test was used to change them. The last column
 is the error on generated people left out (indices that aren't trained on).
+
+With `--bodies average` the same people walk with one body of average proportions at their heights, as one learns from a
+mannequin: does it help that bodies differ?
 """
 
 import time
@@ -22,15 +25,19 @@ import torch
 from torch import nn
 
 from benchmarks.free_walking import bandai
+from motionenv.body import markers
 from motionenv.data import Specification, Walkers
 from motionenv.metrics.points import aligned_mpjpe, pelvis_mpjpe
 from motionenv.mocap import read, to_markers
 from motionenv.mocap.keypoints import DetectorErrors
+from motionenv.models import gait_model
 from motionenv.types import MARKERS, Camera, Markers, Points
 
 FRAMES, WIDTH, BATCH, RATE = 60, 192, 64, 1e-3
 PELVIS = MARKERS.index("pelvis")
+AVERAGE = gait_model("walk/fpca")
 FIELDS = ("detected", "joints", "camera")
+BODIES = ("own", "average")
 TOLD = (1.0, 2.0, 4.0, 8.0, 12.0)  # minutes
 _LEFT_OUT = 10_000  # clips at the end of the set that aren't trained on
 
@@ -135,16 +142,29 @@ def generated(spec: Specification, count: int) -> list[tuple[np.ndarray, np.ndar
     return [(features(stacked["detected"], stacked["K"]), relative(stacked["joints"], stacked["R"]))]
 
 
-def train(spec: Specification, minutes: float, told) -> None:
-    """Train for some `minutes`, without the time that `told(minutes, network, clips)` takes at each of `TOLD`."""
+def as_mannequins(batch: dict[str, np.ndarray], spec: Specification, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    """The clips of a `batch` with average bodies of the same heights, before the same cameras."""
+    joints = np.stack([markers(p, AVERAGE.body(h)) for p, h in zip(batch["poses"], batch["height"], strict=True)])
+    seen = joints @ batch["R"].transpose(0, 2, 1)[:, None] + batch["t"][:, :, None]
+    flat = seen[..., :2] / seen[..., 2:] * batch["K"][:, None, None, :1, 0] + batch["K"][:, None, None, :2, 2]
+    found = [DetectorErrors().apply(Points(pixels, spec.fps, "px"), rng) for pixels in flat]
+    detected = np.stack([np.concatenate([p.positions, p.confidence[..., None]], axis=-1) for p in found])
+    return {**batch, "joints": joints, "detected": detected}
+
+
+def train(spec: Specification, minutes: float, bodies: str, told) -> None:
+    """Train on `bodies` for some `minutes`; at each of `TOLD` it calls `told(minutes, network, clips)`."""
     torch.manual_seed(0)
     torch.set_num_threads(1)
     network = Lifter()
     print(f"{sum(p.numel() for p in network.parameters()) / 1e6:.2f} M parameters", flush=True)
     optimiser = torch.optim.AdamW(network.parameters(), RATE)
     stages = [stage for stage in TOLD if stage < minutes] + [minutes]
-    spent, clips, began = 0.0, 0, time.perf_counter()
-    for batch in Walkers(spec).stream(batch=BATCH):
+    if bodies == "average":
+        spec = spec.replace(output={"fields": (*FIELDS, "poses", "body")})
+    spent, clips, began, rng = 0.0, 0, time.perf_counter(), np.random.default_rng(6)
+    for drawn in Walkers(spec).stream(batch=BATCH):
+        batch = drawn if bodies == "own" else as_mannequins(drawn, spec, rng)
         for group in optimiser.param_groups:
             group["lr"] = RATE * 0.5 * (1 + np.cos(np.pi * min(spent / (60 * minutes), 1)))
         off = network(features(batch["detected"], batch["K"])) - torch.from_numpy(
@@ -182,6 +202,7 @@ def main() -> None:
     """Train, test at several times, print the table and draw the curve."""
     parser = Arguments(__doc__, mocap=("bandai_namco", "cmu_asfamc"))
     parser.add_argument("--minutes", type=float, default=TOLD[-1], quick=0.001)
+    parser.add_argument("--bodies", choices=BODIES, default=BODIES[0], help="whose proportions are learned from")
     plot = Path(__file__).with_name("learning.png")
     parser.add_argument("--plot", type=Path, default=plot, quick=scratch() / plot.name, help="file for the curve")
     options = parser.parse_args()
@@ -200,8 +221,9 @@ def main() -> None:
         cells = " | ".join(f"{plain:.0f} ({aligned:.0f})" for plain, aligned in found)
         print(f"| {minutes:g} | {clips:,} | {cells} | {own:.0f} |", flush=True)
 
-    train(spec, options.minutes, told)
-    draw(rows, list(captured), options.plot)
+    train(spec, options.minutes, options.bodies, told)
+    if options.bodies == "own":
+        draw(rows, list(captured), options.plot)
 
 
 if __name__ == "__main__":

@@ -20,6 +20,8 @@ import { arranged } from "./point_lights.js";
 import { FALL, lit, shadow } from "./lighting.js";
 
 const FINE = [18, 4]; // faces around a limb, and from its equator to its pole
+const FINEST = [48, 16]; // of a head and its hair, which meet in a thin line
+const SMOOTH = ["head", "hair"];
 const COARSE = [10, 2]; // of its shadow
 const DOT = 0.017; // radii, shares of the height
 const JOINT = 0.019;
@@ -96,12 +98,14 @@ export class Figure {
   /** Make the limbs as thick as the walker's body. */
   thicken() {
     const { radii } = this.walker.built ?? this.walker.body;
+    const { parameters } = this.walker;
     if (radii === this.thickness) return;
     this.thickness = radii;
     this.limbs.forEach((mesh, limb) => {
       const [start, end] = radii.subarray(2 * limb, 2 * limb + 2).map((r) => r * this.builtFor);
       const shape = ([around, cap]) => new LatheGeometry(outline(mesh.userData.length, start, end, cap), around);
-      for (const [part, fine] of [[mesh, FINE], [mesh.userData.shadow, COARSE]]) {
+      const seen = SMOOTH.includes(parameters.limbs[limb]) ? FINEST : FINE;
+      for (const [part, fine] of [[mesh, seen], [mesh.userData.shadow, COARSE]]) {
         part.geometry.dispose();
         part.geometry = shape(fine);
       }
