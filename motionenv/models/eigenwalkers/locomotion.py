@@ -19,7 +19,7 @@ from motionenv.body.kinematics import feet
 from motionenv.body.skeleton import ANKLE_HEIGHT, limit_excess
 from motionenv.errors import GapError
 from motionenv.models.contact_rule import CONTACT, SAMPLES
-from motionenv.models.eigenwalkers.fourier_series import PELVIS, WALKING, grounded, positions_at
+from motionenv.models.eigenwalkers.fourier_series import NECK_ABOVE, PELVIS, WALKING, grounded, positions_at
 from motionenv.models.types import Cycle
 from motionenv.types import MARKERS, Motion, Skeleton
 
@@ -143,5 +143,6 @@ def _contact(poses: np.ndarray, skeleton: Skeleton) -> tuple[np.ndarray, np.ndar
 
 
 def _nodes(positions: np.ndarray) -> np.ndarray:
-    """The body's nodes (frames, 16, 3): the 15 markers, and the neck midway between the shoulders."""
-    return np.concatenate([positions, positions[:, _SHOULDERS].mean(axis=1, keepdims=True)], axis=1)
+    """The body's nodes (frames, 16, 3): the 15 markers, and the neck above the middle of the shoulders."""
+    middle, pelvis = positions[:, _SHOULDERS].mean(axis=1, keepdims=True), positions[:, PELVIS, None]
+    return np.concatenate([positions, pelvis + NECK_ABOVE * (middle - pelvis)], axis=1)
