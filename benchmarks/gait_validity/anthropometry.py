@@ -1,8 +1,10 @@
-"""Make the table of published anthropometry from which `motionenv.models.people` draws bodies.
+"""Do drawn people have the bodies of those who were measured? And: the table of published anthropometry.
 
-    python -m benchmarks.gait_validity.anthropometry --girths body.csv --adults NHANES.tsv --growth cdc2-20.json
+    motionenv bench gait_validity.anthropometry [--people 4000]
+    motionenv bench gait_validity.anthropometry --girths body.csv --adults NHANES.tsv --growth cdc2-20.json
 
-It takes three public tables:
+The first prints stature, body mass index, girths and the body's volume of drawn people. The second makes the table from
+which `motionenv.models.people` draws them, of three public tables:
 
 - girths: 507 adults of Heinz, Peterson, Johnson & Kerk 2003 (J Stat Educ 11(2); data set `body` of the R package
   gclus), as CSV with its column names;
@@ -13,14 +15,16 @@ Girths relative to stature follow the body mass index with one exponent for both
 waist, of people with up to 40 kg/m², which shows how far the exponents can be trusted: it is printed.
 """
 
-import argparse
 import csv
 import json
 from pathlib import Path
 
 import numpy as np
 
-from motionenv.models.people.population import BMI, TABLE
+from benchmarks import Arguments
+from motionenv.body import from_height, limb_segments
+from motionenv.body.limbs import GIRTHS
+from motionenv.models.people.population import BMI, TABLE, Person, draw_person
 
 _COLUMNS = {
     "chest": "ChestG", "waist": "WaistG", "hips": "HipG", "thigh": "ThighG", "knee": "KneeG", "calf": "CalfG",
@@ -32,14 +36,53 @@ _AGES = range(6, 18)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    """Print what drawn people are like, or make the table."""
+    parser = Arguments(__doc__)
+    parser.add_argument("--people", type=int, default=4000, quick=50)
     for name in ("girths", "adults", "growth"):
-        parser.add_argument(f"--{name}", type=Path, required=True)
+        parser.add_argument(f"--{name}", type=Path, help="public table, to make ours from")
     parser.add_argument("--out", type=Path, default=TABLE)
     given = parser.parse_args()
+    if given.girths is None:
+        _tell(given.people)
+        return
     table = {"adults": _adults(given.adults), "girths": _girths(given.girths), "children": _children(given.growth)}
     given.out.write_text(json.dumps(table, separators=(",", ":")) + "\n")
     print(f"written to {given.out}")
+
+
+def _tell(count: int) -> None:
+    """Print what drawn people are like."""
+    print("| | stature, m | BMI, 5 / 50 / 95 % | waist : stature | hips : chest | litres : kg | speed, m/s |")
+    print("|-|-|-|-|-|-|-|")
+    waist, hips, chest = (GIRTHS.index(name) for name in ("waist", "hips", "chest"))
+    for kind in ("woman", "man", "child"):
+        rng = np.random.default_rng(1)
+        people = [draw_person(rng, person=kind) for _ in range(count)]
+        height, bmi, speed = (np.array([getattr(p, name) for p in people]) for name in ("height", "bmi", "speed"))
+        girths = np.array([p.girths for p in people])
+        low, middle, high = np.percentile(bmi, [5, 50, 95])
+        litres = [1000 * _volume(p, rng) / p.weight for p in people[: max(2, count // 100)]]
+        print(
+            f"| {kind} | {height.mean():.3f} ± {height.std():.3f} | {low:.1f} / {middle:.1f} / {high:.1f} "
+            f"| {girths[:, waist].mean():.3f} ± {girths[:, waist].std():.3f} "
+            f"| {np.mean(girths[:, hips] / girths[:, chest]):.3f} | {np.mean(litres):.2f} ± {np.std(litres):.2f} "
+            f"| {speed.mean():.2f} ± {speed.std():.2f} |"
+        )
+
+
+def _volume(person: Person, rng: np.random.Generator, points: int = 40_000) -> float:
+    """Volume [m³] of the drawn body, by points at random: limbs overlap."""
+    body = person.body(from_height(1.0).offsets)
+    pose = np.zeros(25)
+    pose[[2, 10, 14]] = 0.53 * body.height, 0.3, 0.3  # arms away from the trunk
+    ends = limb_segments(pose, body)
+    low, high = ends.min((0, 1)) - 0.2, ends.max((0, 1)) + 0.2
+    places, inside = rng.uniform(low, high, (points, 3)), np.zeros(points, bool)
+    for (a, b), (first, last) in zip(ends, body.radii, strict=True):
+        for t in np.linspace(0, 1, 20):
+            inside |= ((places - a - t * (b - a)) ** 2).sum(1) < (first + t * (last - first)) ** 2
+    return float(inside.mean() * np.prod(high - low))
 
 
 def _girths(file: Path) -> dict:

@@ -12,7 +12,7 @@
 - Walk ratio, step length over cadence: 0.0055 m/(steps/min) in daily life (Obuchi et al. 2020, not checked again); it
   grows with stature (Sekiya & Nagasaki 1998), and in people also below 1.03 m/s (Murakami & Otaka 2017), not in ours.
 
-`python -m benchmarks.gait_validity.anthropometry` makes the table.
+`motionenv bench gait_validity.anthropometry` makes the table.
 """
 
 import json
