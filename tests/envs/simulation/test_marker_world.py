@@ -6,6 +6,7 @@ import pytest
 from motionenv.body import from_height, markers
 from motionenv.body.fitting import fit_skeleton
 from motionenv.envs.markers import MarkerTracking, MarkerTrackingVector
+from motionenv.models.eigenwalkers.fourier_series import NECK_ABOVE
 from motionenv.render.cameras import orthographic
 from motionenv.types import MARKERS
 from tests.envs.playing import CLEAR, episode
@@ -53,7 +54,8 @@ def test_heights_and_speeds_are_those_asked_for():
         tracks.append(envs.world._view.joints.copy())
         envs.step(np.zeros((60, 15, 3), np.float32))
     tracks = np.array(tracks)
-    nodes = np.concatenate([tracks, tracks[:, :, SHOULDERS].mean(axis=2, keepdims=True)], axis=2)
+    middle, pelvis = tracks[:, :, SHOULDERS].mean(axis=2, keepdims=True), tracks[:, :, [MARKERS.index("pelvis")]]
+    nodes = np.concatenate([tracks, pelvis + NECK_ABOVE * (middle - pelvis)], axis=2)
     assert [fit_skeleton(nodes[:, i]).height for i in range(60)] == pytest.approx([1.9] * 60, rel=0.01)
     ankles = tracks[:, :, [MARKERS.index("left_ankle"), MARKERS.index("right_ankle")], 0]
     back = -np.gradient(ankles, 0.01, axis=0).min(axis=-1)
