@@ -30,6 +30,7 @@ from scipy.ndimage import gaussian_filter
 
 from benchmarks import Arguments, headline
 from benchmarks.free_walking import bandai
+from benchmarks.tracking.made_films import clothes
 from motionenv import tracking
 from motionenv.body import markers as joints_of
 from motionenv.body.fitting import fit_poses, fit_skeleton
@@ -92,8 +93,7 @@ def film_of(name: str, joints: np.ndarray, seed: int) -> Film:
         limbs = np.asarray(seen.limbs).astype(int)
         depth = np.where(limbs > 0, np.asarray(seen.depth), np.inf)
         front = depth < nearest
-        colours = rng.integers(0, 255, (20, 3)).astype(float)[np.arange(20) // 2]
-        pictures, nearest = np.where(front[..., None], colours[limbs], pictures), np.minimum(depth, nearest)
+        pictures, nearest = np.where(front[..., None], clothes(rng)[limbs], pictures), np.minimum(depth, nearest)
     noisy = pictures + 6 * rng.standard_normal(pictures.shape)
     people = [_detected(places, camera, rng) for places in (joints_of(other, other_body), joints)]
     return Film(name, np.clip(noisy, 0, 255).astype(np.uint8), camera, joints, people)

@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import gaussian_filter, map_coordinates
 
+from motionenv.body import LIMBS
 from motionenv.models.synthesis import synthesize
 from motionenv.render import render
 from motionenv.render.cameras import look_at
@@ -73,7 +74,7 @@ def made_film(seed: int, kind: str | None = None) -> MadeFilm:
     camera = _camera(rng)
     poses, skeleton, limbs, depth = _walker(rng, camera)
     pictures = np.repeat(_texture(rng)[None].astype(np.float32), FRAMES, axis=0)
-    scene = [] if kind == "nobody" else [(limbs, depth, _clothes(rng))]
+    scene = [] if kind == "nobody" else [(limbs, depth, clothes(rng))]
     drawn = rng.choice(("waving", "thing", "tree")) if kind == "nobody" else kind
     other = _other(drawn, rng, camera)
     if other is not None:
@@ -151,10 +152,11 @@ def _drawn(poses: np.ndarray, skeleton: Skeleton, camera: Camera) -> tuple[np.nd
     return np.asarray(seen.limbs).astype(int), np.where(np.asarray(seen.limbs) > 0, np.asarray(seen.depth), np.inf)
 
 
-def _clothes(rng: np.random.Generator) -> np.ndarray:
-    """A colour (20, 3) of each limb: trousers, shirt and skin differ, left and right don't."""
-    colours = rng.integers(0, 255, (20, 3)).astype(float)
-    return colours[np.arange(20) // 2].astype(np.float32)
+def clothes(rng: np.random.Generator) -> np.ndarray:
+    """A colour (1 + limbs, 3) of nothing and of each limb; those of its left and its right are the same."""
+    kinds = ["", *(limb.removeprefix("left_").removeprefix("right_") for limb in LIMBS)]
+    colours = dict(zip(sorted(set(kinds)), rng.integers(0, 255, (len(set(kinds)), 3)), strict=True))
+    return np.array([colours[kind] for kind in kinds], np.float32)
 
 
 def _texture(rng: np.random.Generator) -> np.ndarray:
@@ -167,11 +169,11 @@ def _texture(rng: np.random.Generator) -> np.ndarray:
 def _other(kind: str, rng: np.random.Generator, camera: Camera):
     """Labels, depth and colours of what else moves; None if nothing does."""
     if kind == "waving":
-        return *_drawn(*_waving(rng), camera), _clothes(rng)
+        return *_drawn(*_waving(rng), camera), clothes(rng)
     if kind == "walker":
         poses, skeleton = _walk(rng, camera)
         poses[:, 1] += rng.choice([-1.2, 1.5, 2.5])
-        return *_drawn(poses, skeleton, camera), _clothes(rng)
+        return *_drawn(poses, skeleton, camera), clothes(rng)
     if kind == "thing":
         return _thing(rng)
     if kind == "tree":
