@@ -24,8 +24,7 @@ def split(spec: Specification, shares: Sequence[float]) -> dict[str, Specificati
     """
     given = np.array([share if is_number(share) else np.nan for share in shares], dtype=np.float64)
     if not 2 <= len(given) <= len(_NAMES) or not (given > 0).all() or not np.isclose(given.sum(), 1):
-        wanted = "2 or 3 numbers above 0 that are 1 in all, such as 0.8, 0.1, 0.1"
-        raise MotionError(f"shares must be {wanted}, got {shares!r}")
+        raise MotionError(f"shares must be 2 or 3 numbers above 0 that are 1 in all (0.8, 0.1, 0.1), got {shares!r}")
     parts, first = {}, spec.first_group
     for name, share in zip(_NAMES, given.tolist(), strict=False):
         parts[name] = part = spec.replace(frames=max(1, round(share * spec.frames)), first_group=first)

@@ -144,5 +144,5 @@ def _contact(poses: np.ndarray, skeleton: Skeleton) -> tuple[np.ndarray, np.ndar
 
 def _nodes(positions: np.ndarray) -> np.ndarray:
     """The body's nodes (frames, 16, 3): the 15 markers, and the neck above the middle of the shoulders."""
-    middle, pelvis = positions[:, _SHOULDERS].mean(axis=1, keepdims=True), positions[:, PELVIS, None]
-    return np.concatenate([positions, pelvis + NECK_ABOVE * (middle - pelvis)], axis=1)
+    up = positions[:, _SHOULDERS].mean(axis=1, keepdims=True) - positions[:, PELVIS, None]
+    return np.concatenate([positions, positions[:, PELVIS, None] + NECK_ABOVE * up], axis=1)

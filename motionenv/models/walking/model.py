@@ -171,8 +171,7 @@ class WalkingModel(GaitModel):
     def standard(self, scores: np.ndarray) -> np.ndarray:
         """`scores` (..., q) in standard deviations from the average person."""
         components = self.components()
-        spread = np.where(components.deviations > 0, components.deviations, 1.0)  # 0 of people who don't differ
-        return (scores - components.means) / spread
+        return (scores - components.means) / (components.deviations + (components.deviations == 0))
 
     def _scores(self, z: np.ndarray) -> np.ndarray:
         components = self.components()

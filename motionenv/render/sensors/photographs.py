@@ -20,8 +20,7 @@ def photograph_files(folder: str) -> tuple[Path, ...]:
     """
     files = sorted(file for file in Path(folder).rglob("*") if file.suffix.lower() in _SUFFIXES)
     if not files:
-        wanted = f"plain, clutter or a folder of photographs ({', '.join(_SUFFIXES)})"
-        raise MotionError(f"background must be {wanted}, got {folder!r}")
+        raise MotionError(f"background must be plain, clutter or a folder of photographs (.jpg ...), got {folder!r}")
     return tuple(files)
 
 
