@@ -92,8 +92,11 @@ class Skeleton(_Record):
     Attributes:
         offsets: (16, 3) [m], one row per node of `motionenv.body.NODES` (the 15 markers, then the neck joint),
             each in the frame of the segment that carries it.
-        radii: (limbs, 2) [m], radius at the start and the end of each drawn limb of `motionenv.body.LIMBS`.
+        radii: (22, 2) [m], radius at the start and the end of each drawn limb of `motionenv.body.LIMBS`.
         height: standing height [m], sole to crown.
+
+    Raises:
+        MotionError: arrays of other shapes, an infinite or unknown value, or a radius or height that isn't above 0.
     """
 
     offsets: np.ndarray
@@ -103,11 +106,14 @@ class Skeleton(_Record):
     def __post_init__(self) -> None:
         self._set(
             offsets=frozen(self.offsets, (16, 3), "Skeleton.offsets"),
-            radii=frozen(self.radii, (None, 2), "Skeleton.radii"),
+            radii=frozen(self.radii, (22, 2), "Skeleton.radii"),
             height=float(self.height),
         )
-        if not (np.isfinite(self.offsets).all() and np.isfinite(self.radii).all() and 0 < self.height < np.inf):
-            raise MotionError(f"Skeleton needs finite offsets and radii and height above 0, got {self.height!r}")
+        for name, least in (("offsets", -np.inf), ("radii", 0.0), ("height", 0.0)):
+            values = np.ravel(getattr(self, name))
+            bad = values[~((values > least) & (values < np.inf))]
+            if len(bad):
+                raise MotionError(f"Skeleton.{name} must be finite and above {least:g}, got {bad[0]:g}")
 
     def _shown(self) -> str:
         return f"{self.height:.2f} m"

@@ -156,8 +156,8 @@ HEAD_RADIUS = float(limb_radii(1.0)[_HEAD, 1])
 def current_radii(radii: np.ndarray, height: float) -> np.ndarray:
     """Radii (limbs, 2) [m] of a body of `height` [m] that motionenv 0.3 stored.
 
-    Its 17 limbs had no face, no hair and another shape: they become average ones, as thick as their torso was. Other
-    radii are returned as they are.
+    Its 17 limbs had no face, no hair and another shape: they become average ones, as thick as their torso was.
+    Other radii are returned as they are.
     """
     if len(radii) != 17:
         return radii

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from motionenv.body.gaps import known_limbs
 from motionenv.body.kinematics import forward
-from motionenv.body.limbs import CLOTHES, COLOURS, LIMB_NODES, LIMB_SEGMENT, LIMBS, limb_shifts
+from motionenv.body.limbs import CLOTHES, COLOURS, LIMB_NODES, LIMB_SEGMENT, limb_shifts
 from motionenv.body.skeleton import SEGMENT_ORIGIN
 from motionenv.errors import GapError, MotionError
 from motionenv.types import Skeleton
@@ -98,10 +98,8 @@ def limb_meshes(skeleton: Skeleton, sections: int = 32) -> list[Mesh]:
     the segment's origin, the node `motionenv.body.skeleton.SEGMENT_ORIGIN`. There are `sections` vertices around each.
 
     Raises:
-        MotionError: a limb without a radius above 0, or fewer than three sections.
+        MotionError: fewer than three sections.
     """
-    if len(skeleton.radii) != len(LIMBS):
-        raise MotionError(f"the skeleton must have radii for {len(LIMBS)} limbs, got {len(skeleton.radii)}")
     meshes = []
     for limb, (segment, nodes, shifts) in enumerate(zip(LIMB_SEGMENT, LIMB_NODES, limb_shifts(skeleton), strict=True)):
         own = nodes == SEGMENT_ORIGIN[segment]

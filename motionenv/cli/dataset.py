@@ -134,7 +134,6 @@ def verify(out: Annotated[str, typer.Argument(help="Folder of a data set.")]) ->
 def _specification(source: str, frames: str | None, seed: int | None, backgrounds: Path | None) -> "Specification":
     """The specification of `source` with --frames, --seed and --backgrounds."""
     from motionenv.data import Specification
-    from motionenv.render.sensors.photographs import photograph_files
 
     spec = Specification.read(source)
     if frames is not None:
@@ -146,7 +145,6 @@ def _specification(source: str, frames: str | None, seed: int | None, background
             raise MotionError(f"--frames must be a whole number from 1, such as 5000 or 1e6, got {frames!r}")
         spec = spec.replace(frames=int(count))
     if backgrounds is not None:
-        photograph_files(str(backgrounds))
         spec = spec.replace(pictures={"background": str(backgrounds)})
     return spec if seed is None else spec.replace(seed=seed)
 

@@ -104,8 +104,6 @@ class SilhouetteLikelihood(ImageLikelihood):
             if value is not None:
                 checked_number(value, name, above=0)
         self.skeleton = from_height() if skeleton is None else skeleton
-        if self.skeleton.radii.shape != (len(LIMBS), 2) or not (self.skeleton.radii > 0).all():
-            raise MotionError(f"skeleton.radii must be {len(LIMBS)} pairs above 0, got {self.skeleton.radii.shape}")
         self.misses, self.false_alarms = misses, false_alarms
         self.depth_noise, self.outliers = depth_noise, outliers
         self.effective, self.distance = effective, distance

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from motionenv.body import LIMBS
 from motionenv.errors import MotionError
 from motionenv.types import Camera, Frame, Skeleton
 
@@ -63,8 +62,7 @@ def batch(poses: ArrayLike, skeleton: Skeleton, cameras: Camera | Sequence[Camer
     matched with the last batch axis of the poses (n poses, or one pose seen n times).
 
     Raises:
-        MotionError: a pose has infinite values, shapes don't broadcast, cameras differ in image size, or the skeleton
-            has another number of limbs than `LIMBS`.
+        MotionError: a pose has infinite values, shapes don't broadcast, or cameras differ in image size.
     """
     poses = np.asarray(poses, dtype=np.float64)
     if poses.ndim == 0 or poses.shape[-1] != 25:
@@ -72,8 +70,6 @@ def batch(poses: ArrayLike, skeleton: Skeleton, cameras: Camera | Sequence[Camer
     if np.isinf(poses).any():
         bad = tuple(int(i) for i in np.argwhere(np.isinf(poses))[0])
         raise MotionError(f"poses must be finite, or NaN where unknown; poses{list(bad)} is {poses[bad]}")
-    if skeleton.radii.shape != (len(LIMBS), 2) or not (skeleton.radii > 0).all():
-        raise MotionError(f"skeleton.radii must be {len(LIMBS)} pairs above 0, got {skeleton.radii.shape}")
     views = _checked(cameras)
     lead = poses.shape[:-1]
     grid = () if isinstance(cameras, Camera) else (len(views),)

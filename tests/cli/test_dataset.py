@@ -84,4 +84,5 @@ def test_parts_before_one_s_own_photographs(run, tmp_path):
     assert "shares must be" in run("dataset", "make", "own.toml", "--split", "0.9,0.9", "--out", "no").err
     refused = run("dataset", "make", "own.toml", "--backgrounds", "nowhere", "--workers", "1", "--out", "no")
     assert refused.code == 2
+    assert not (tmp_path / "no").exists()
     assert "background must be plain, clutter or a folder of photographs (.jpg" in refused.err

@@ -55,10 +55,3 @@ def kind(request) -> SimpleNamespace:
         vector=lambda n, **more: vector(n, **{**SHORT, **arguments, **more}),
         perfect=perfect,
     )
-
-
-@pytest.fixture
-def no_display(monkeypatch) -> None:
-    """Windows open in SDL's dummy driver."""
-    pytest.importorskip("pygame", reason="pygame is missing: pip install -e '.[test]'")
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")

@@ -16,7 +16,7 @@ import pytest
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
-from gymnasium.wrappers import AddRenderObservation, FrameStackObservation, RecordEpisodeStatistics
+from gymnasium.wrappers import AddRenderObservation, FrameStackObservation, HumanRendering, RecordEpisodeStatistics
 
 import motionenv.envs
 from motionenv.envs import MarkerTracking, TrackingVectorEnv, WalkerTracking
@@ -89,8 +89,18 @@ def numbers(env, steps: int = 3):
 
 
 @pytest.mark.parametrize("name", IDS)
-def test_gymnasiums_checker_finds_nothing(name, no_display):
+def test_gymnasiums_checker_finds_nothing(name):
     check_env(gymnasium.make(name, disable_env_checker=True, size=40).unwrapped)
+
+
+def test_gymnasiums_wrapper_shows_it_in_a_window(monkeypatch):
+    pygame = pytest.importorskip("pygame", reason="pygame is missing: pip install -e '.[test]'")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    with HumanRendering(gymnasium.make(IDS[0], render_mode="rgb_array", size=40)) as env:
+        env.reset(seed=0)
+        env.step(env.action_space.sample())
+        shown = pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
+        np.testing.assert_array_equal(shown, env.unwrapped.render())
 
 
 @pytest.mark.filterwarnings("ignore:.*For Box action spaces, we recommend:UserWarning")  # metric ones aren't ±1

@@ -17,7 +17,7 @@ from motionenv.types import Motion, Skeleton
 
 def motion(poses=None, name="a walk") -> Motion:
     rng = np.random.default_rng(3)
-    skeleton = Skeleton(rng.normal(size=(16, 3)), rng.uniform(0.02, 0.1, (12, 2)), 1.75)
+    skeleton = Skeleton(rng.normal(size=(16, 3)), rng.uniform(0.02, 0.1, (22, 2)), 1.75)
     return Motion(rng.normal(size=(5, 25)) if poses is None else poses, skeleton, 120.0, name)
 
 
@@ -58,7 +58,10 @@ BAD = {
     "no frame rate": ({"fps": np.array(np.nan)}, "has no valid motion: fps must be a number of frames"),
     "frame rate a list": ({"fps": np.zeros(3)}, "has no valid motion"),
     "filled of another shape": ({"filled": np.zeros((5, 24), dtype=bool)}, "has no valid motion: Motion.filled must"),
-    "NaN skeleton": ({"offsets": np.full((16, 3), np.nan)}, "needs finite offsets"),
+    "NaN skeleton": ({"offsets": np.full((16, 3), np.nan)}, "Skeleton.offsets must be finite"),
+    "another body": ({"radii": np.ones((12, 2))}, r"Skeleton.radii must have shape \(22, 2\), got \(12, 2\)"),
+    "no thickness": ({"radii": np.zeros((22, 2))}, "Skeleton.radii must be finite and above 0, got 0"),
+    "infinite height": ({"height": np.array(np.inf)}, "Skeleton.height must be finite and above 0, got inf"),
 }
 
 

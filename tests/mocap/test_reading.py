@@ -7,10 +7,11 @@ import pytest
 
 import motionenv
 from motionenv import mocap as files
+from motionenv.body import from_height
 from motionenv.errors import FormatError, MotionError
 from motionenv.mocap import npz, read, retarget
 from motionenv.mocap.reading import describe, read_motion
-from motionenv.types import Markers, Motion, Skeleton
+from motionenv.types import Markers, Motion
 
 #: What files of the collection need besides their path, and why.
 NEEDS = {
@@ -65,8 +66,7 @@ def test_every_file_of_the_collection_reads_right_or_says_what_is_wrong(mocap):
 
 def test_the_suffix_picks_the_reader_in_any_case(tmp_path):
     path = tmp_path / "a.NPZ"
-    skeleton = Skeleton(np.zeros((16, 3)), np.zeros((1, 2)), 1.7)
-    npz.write(Motion(np.zeros((3, 25)), skeleton, 100.0), path)
+    npz.write(Motion(np.zeros((3, 25)), from_height(), 100.0), path)
     assert isinstance(files.read(path), Motion)
 
 
@@ -101,7 +101,7 @@ def test_options_that_mean_nothing_to_a_format_are_refused(tmp_path, name, optio
 
 def test_options_for_silent_files_are_ignored_by_formats_that_say_all(tmp_path):
     path = tmp_path / "a.npz"
-    npz.write(Motion(np.zeros((3, 25)), Skeleton(np.zeros((16, 3)), np.zeros((1, 2)), 1.7), 100.0), path)
+    npz.write(Motion(np.zeros((3, 25)), from_height(), 100.0), path)
     assert files.read(path, fps=30, unit="mm", override=False).fps == 100.0
 
 

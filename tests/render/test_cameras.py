@@ -11,10 +11,11 @@ from hypothesis.extra.numpy import arrays
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
+from motionenv.body import from_height
 from motionenv.errors import FormatError, GapError, MotionError
 from motionenv.render import cameras
 from motionenv.render.cameras import read_camera, view
-from motionenv.types import Camera, Motion, Skeleton
+from motionenv.types import Camera, Motion
 
 coordinates = st.floats(-3, 3, width=32)
 angles = st.floats(-math.pi, math.pi)
@@ -171,7 +172,7 @@ def test_follow_bridges_gaps_and_takes_a_motion():
     poses = np.zeros((len(path), 25))
     poses[:, :3] = path
     poses[20:50, 1] = np.nan
-    motion = Motion(poses, Skeleton(np.zeros((16, 3)), np.ones((3, 2)), 1.7), 30)
+    motion = Motion(poses, from_height(), 30)
     bridged = cameras.follow(motion, cameras.view(0.0), smooth=15)
     np.testing.assert_allclose([c.t for c in bridged], [c.t for c in whole], atol=1e-9)
 

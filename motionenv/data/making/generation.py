@@ -16,6 +16,7 @@ from motionenv.data.samples import Sampler
 from motionenv.data.specification import Specification
 from motionenv.data.store import Store
 from motionenv.errors import MotionError
+from motionenv.render.sensors.augmentation import Augmentation
 
 
 @dataclass(frozen=True)
@@ -78,10 +79,12 @@ def generate(
         rest.
 
     Raises:
-        MotionError: `out` holds another data set, `resume` forbids it, no such shard, or no such format.
+        MotionError: `out` holds another data set, `resume` forbids it, no such shard, format, or background.
     """
     store, form = Store(out), format_of(format)
     form.check(spec)
+    if spec.pictures.background != "black":
+        Augmentation(spec.pictures.background)  # raises before anything is written
     wanted = sorted(set(range(spec.shards) if shards is None else shards))
     for shard in wanted[:1] + wanted[-1:]:
         spec.range_of(shard)

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from motionenv._core.files import atomic_write
 from motionenv.body import gaps
 from motionenv.body.kinematics import forward
-from motionenv.body.limbs import LIMBS
 from motionenv.body.skeleton import SEGMENT_PARENT
 from motionenv.errors import GapError, MotionError
 from motionenv.types import POSE, Motion
@@ -83,14 +82,12 @@ def check_sequence(motion: Motion, kind: str, *, gaps: bool) -> None:
     `shown_segments`) are fine all the same, because they are left out of the file.
 
     Raises:
-        MotionError: not one sequence of at least one frame, an infinite value, or another body's skeleton.
+        MotionError: not one sequence of at least one frame, or an infinite value.
         GapError: a gap, if the format can't represent it; names the first.
     """
     if motion.poses.ndim != 2 or not len(motion.poses):
         problem = "holds one sequence of poses (frames, 25) with at least one frame"
         raise MotionError(f"a {kind} file {problem}, got {motion.poses.shape}: write batched sequences one by one")
-    if len(motion.skeleton.radii) != len(LIMBS):
-        raise MotionError(f"the skeleton must have radii for {len(LIMBS)} limbs, got {len(motion.skeleton.radii)}")
     _check_values(motion.poses, kind, gaps)
 
 

@@ -43,7 +43,7 @@ _LEGS, _SHORT_LEGS = ((0.996, 1.004), 0.028), 0.035
 #: Circumference of the head [m] of women and men, its deviation, and how much smaller it is at six years. Girth of the
 #: neck relative to stature of women and men with 25 kg/m², exponent of the BMI, deviation of the logarithm.
 _HEAD, _NECK = ((0.561, 0.574), 0.017, 0.052), ((0.2026, 0.2266), 0.45, 0.04)
-#: Weight over stature to this power, and not 2, says how stout a child is: six-year-olds' chests are 0.57 m then.
+#: Weight over stature to this power, and not 2, says how stout a child is: chests of children of 1.15 m are 0.57 m then.
 _CHILD_POWER = 2.5
 #: How far hair reaches down the neck, relative to the head: least and greatest of women and of men.
 _HAIR, _SHORT_HAIR = ((0.05, 0.6), (0.05, 0.2)), 0.12
@@ -185,7 +185,7 @@ def draw_person(
         rng: random generator.
         person: one of `PEOPLE`.
         height: stature [m]; None draws it.
-        about: mean stature [m] of the people that a model learned from. If it isn't that of adults, people are scaled
+        about: mean stature [m] of the people that a model learned from. If it isn't that of adults, adults are scaled
             to it, and their speed with the square root of it (Hof 1996).
 
     Raises:
@@ -196,7 +196,7 @@ def draw_person(
     drawn, age = int(rng.integers(2)), rng.uniform(*_AGES)
     sex, child = _SEX.get(person, drawn), person in ("child", "girl", "boy")
     z = np.clip(rng.standard_normal(7 + len(table.names)), -_MOST, _MOST)
-    size = _size(about)
+    size = 1.0 if child else _size(about)  # a child is small already
     if child:
         stature, bmi = (_lms(rows[sex], age, d) for rows, d in ((table.height, z[0]), (table.bmi, z[1])))
         young = (18 - age) / 12

@@ -177,6 +177,9 @@ def test_wrong_arguments(tmp_path):
         generate(EVERYTHING, tmp_path, [9])
     with pytest.raises(MotionError, match="format must be one of .*, got 'csv'"):
         generate(EVERYTHING, tmp_path, format="csv")
+    with pytest.raises(MotionError, match="background must be plain, clutter or a folder of .*, got 'cluter'"):
+        generate(EVERYTHING.replace(pictures={"background": "cluter"}), tmp_path / "new")
+    assert not (tmp_path / "new").exists()
     (tmp_path / "file").touch()
     with pytest.raises(MotionError, match="can't write to"):
         generate(EVERYTHING, tmp_path / "file")

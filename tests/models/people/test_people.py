@@ -257,8 +257,11 @@ def test_children_grow_and_have_large_heads():
         small = heights < 1.25
         assert 13 < np.median(column(people, "bmi")[small]) < 17
         assert np.median(girths(people, "head")[small]) == pytest.approx(0.515, abs=0.02)
+        assert np.median(girths(people, "chest")[(1.1 < heights) & (heights < 1.2)]) == pytest.approx(0.57, abs=0.02)
         assert np.median(column(people, "speed")[small]) == pytest.approx(1.32 * np.sqrt(1.18 / 1.69), abs=0.06)
         assert np.mean([p.girths[0] for p in people]) > 1.07 * np.mean([p.girths[0] for p in drawn("adult")])
+    of_children = draw_person(np.random.default_rng(0), person="girl", about=1.2)
+    assert of_children == draw_person(np.random.default_rng(0), person="girl")  # who is small already
     with pytest.raises(MotionError, match="person must be one of adult, woman, man, child, girl, boy, got 'gril': did"):
         draw_person(np.random.default_rng(0), person="gril")
 
