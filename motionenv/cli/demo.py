@@ -32,7 +32,7 @@ def make_demo(
     precompile("demo")
     motion = synthesize("walk/fpca", SECONDS, FPS, seed=seed, speed=1.25)
     kept: list[np.ndarray] = []
-    wanted = np.linspace(0, len(motion.poses) - 1, _STRIP).round().astype(int)
+    wanted = np.arange(_STRIP) * FPS // _STRIP  # of one second: a stride takes about as long
 
     def pictures() -> Iterator[np.ndarray]:
         bodies = film(motion, np.pi / 6, width=480, height=480)
@@ -47,6 +47,6 @@ def make_demo(
     write(motion, out / "walk.bvh")
     return {
         out / "walk.mp4": "the walk beside its point-light display",
-        out / "strip.png": f"{_STRIP} moments of it",
+        out / "strip.png": f"{_STRIP} moments of a stride",
         out / "walk.bvh": "the motion, for Blender and other animation tools",
     }

@@ -43,7 +43,7 @@ _LEGS, _SHORT_LEGS = ((0.996, 1.004), 0.028), 0.035
 #: Circumference of the head [m] of women and men, its deviation, and how much smaller it is at six years. Girth of the
 #: neck relative to stature of women and men with 25 kg/m², exponent of the BMI, deviation of the logarithm.
 _HEAD, _NECK = ((0.561, 0.574), 0.017, 0.052), ((0.2026, 0.2266), 0.45, 0.04)
-#: Weight over stature to this power, and not 2, says how stout a child is: chests of children of 1.15 m are 0.57 m then.
+#: Weight over stature to this power, and not 2, says how stout a child is: at 1.15 m, a chest measures 0.57 m.
 _CHILD_POWER = 2.5
 #: How far hair reaches down the neck, relative to the head: least and greatest of women and of men.
 _HAIR, _SHORT_HAIR = ((0.05, 0.6), (0.05, 0.2)), 0.12
