@@ -26,6 +26,9 @@ def pytest_configure(config) -> None:
         folder = tempfile.TemporaryDirectory(prefix="motionenv-cache-")
         config.add_cleanup(folder.cleanup)
         os.environ["MOTIONENV_CACHE"] = folder.name
+        # Before workers load NumPy: with threads of BLAS in each, small matrices take twice as long.
+        for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+            os.environ.setdefault(name, "1")
 
 
 @pytest.fixture(scope="session")

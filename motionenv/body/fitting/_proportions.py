@@ -35,7 +35,7 @@ def fit_skeleton(nodes: ArrayLike) -> Skeleton:
 
     Args:
         nodes: (frames, 16, 3) [m] positions in the order of `NODES`, NaN in gaps. A neck that is missing throughout is
-            placed midway between the shoulders, a pelvis between the hips, and a hip opposite the other one.
+            placed above the shoulders' middle (`NECK_ABOVE`), a pelvis between the hips, a hip opposite the other one.
 
     Raises:
         GapError: neither the pelvis nor a hip is ever seen, or no length at all.

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from motionenv._core.rotations import nearest
 from motionenv.body.limbs import from_height
-from motionenv.body.skeleton import NODES
+from motionenv.body.skeleton import NECK_ABOVE, NODES
 from motionenv.errors import MotionError
 
 _I = {name: i for i, name in enumerate(NODES)}
@@ -21,18 +21,21 @@ _PAIRS = [(_NAMES.index(f"left_{joint}"), _NAMES.index(f"right_{joint}")) for jo
 def checked_nodes(nodes: ArrayLike) -> np.ndarray:
     """Nodes as (frames, 16, 3) float64. What is missing throughout is derived from what is seen, where it can be.
 
-    The neck is placed midway between the shoulders, the pelvis midway between the hips, and a hip opposite the other
-    one, beyond the pelvis.
+    The pelvis is placed midway between the hips, a hip opposite the other one, beyond the pelvis, and the neck above
+    the shoulders' middle as `NECK_ABOVE` says.
     """
     nodes = np.array(nodes, dtype=np.float64)
     if nodes.ndim != 3 or nodes.shape[1:] != (len(NODES), 3) or not len(nodes):
         raise MotionError(f"nodes must have shape (frames, {len(NODES)}, 3), got {nodes.shape}")
-    for middle, joint in (("neck", "shoulder"), ("pelvis", "hip")):
-        if _unseen(nodes, middle):
-            nodes[:, _I[middle]] = nodes[:, [_I[f"left_{joint}"], _I[f"right_{joint}"]]].mean(1)
+    if _unseen(nodes, "pelvis"):
+        nodes[:, _I["pelvis"]] = nodes[:, [_I["left_hip"], _I["right_hip"]]].mean(1)
     for side, other in (("left", "right"), ("right", "left")):
         if _unseen(nodes, f"{side}_hip"):
             nodes[:, _I[f"{side}_hip"]] = 2.0 * nodes[:, _I["pelvis"]] - nodes[:, _I[f"{other}_hip"]]
+    if _unseen(nodes, "neck"):
+        pelvis, shoulders = nodes[:, _I["pelvis"]], nodes[:, [_I["left_shoulder"], _I["right_shoulder"]]].mean(1)
+        trunk = 0.0 if _unseen(nodes, "pelvis") else shoulders - pelvis
+        nodes[:, _I["neck"]] = shoulders + (NECK_ABOVE - 1.0) * trunk
     return nodes
 
 

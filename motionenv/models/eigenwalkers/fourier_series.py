@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.representation import OneLine
-from motionenv.body.skeleton import ANKLE_HEIGHT, LEG_SHARE, TRUNK_SHARE
+from motionenv.body.skeleton import ANKLE_HEIGHT, LEG_SHARE, NECK_ABOVE, TRUNK_SHARE
 from motionenv.errors import GapError, MotionError
 from motionenv.types import MARKERS, frozen
 
@@ -40,8 +40,6 @@ _SIDES = {"left": "right", "right": "left"}
 OTHER_SIDE = tuple(MARKERS.index("_".join(_SIDES.get(part, part) for part in m.split("_"))) for m in MARKERS)
 
 _LEGS = [[MARKERS.index(f"{side}_{joint}") for joint in ("hip", "knee", "ankle")] for side in ("left", "right")]
-#: How high the neck is above the pelvis, relative to the middle of the shoulders' centres (14 people of CMU, ± 0.04).
-NECK_ABOVE = 1.09
 _SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
 _PHASES = np.arange(48) * (2 * np.pi / 48)
 _TWELVE = _PHASES[::4]

@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike
 
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.body.kinematics import feet
-from motionenv.body.skeleton import ANKLE_HEIGHT, limit_excess
+from motionenv.body.skeleton import ANKLE_HEIGHT, NECK_ABOVE, limit_excess
 from motionenv.errors import GapError
 from motionenv.models.contact_rule import CONTACT, SAMPLES
-from motionenv.models.eigenwalkers.fourier_series import NECK_ABOVE, PELVIS, WALKING, grounded, positions_at
+from motionenv.models.eigenwalkers.fourier_series import PELVIS, WALKING, grounded, positions_at
 from motionenv.models.types import Cycle
 from motionenv.types import MARKERS, Motion, Skeleton
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from motionenv import body
 from motionenv.body.fitting import fit_skeleton
 from motionenv.errors import GapError, MotionError
+from motionenv.mocap import read_motion
 
 NODES = body.NODES
 UPPER = [n for n in NODES if not any(joint in n for joint in ("pelvis", "hip", "knee", "ankle"))]
@@ -81,10 +82,17 @@ def test_legs_tell_the_height(smooth_motion, nodes_of):
     assert 1.7 < fit_skeleton(nodes).height < 1.7 * 1.1  # legs and trunk together
 
 
-def test_a_missing_neck_is_taken_between_the_shoulders(smooth_motion, nodes_of):
+def test_a_missing_neck_is_taken_above_the_shoulders(smooth_motion, nodes_of):
     fitted = fit_skeleton(without(nodes_of(smooth_motion(3), body.from_height())[0], "neck"))
     shoulders = fitted.offsets[[NODES.index("left_shoulder"), NODES.index("right_shoulder")]]
-    assert np.allclose(fitted.offsets[NODES.index("neck")], shoulders.mean(0), atol=1e-9)
+    assert np.allclose(fitted.offsets[NODES.index("neck")], 1.09 * shoulders.mean(0), atol=1e-9)
+
+
+@pytest.mark.parametrize("folder", ["bandai_namco", "cmu_bvh_dance"])
+def test_without_its_neck_a_captured_body_is_as_tall(folder, mocap):
+    motion = read_motion(min((mocap / folder).rglob("*.bvh")))
+    nodes = body.forward(motion.poses, motion.skeleton)[0]
+    assert fit_skeleton(without(nodes, "neck")).height == pytest.approx(fit_skeleton(nodes).height, rel=0.01)
 
 
 def test_what_can_not_be_measured_is_said(smooth_motion, nodes_of):
