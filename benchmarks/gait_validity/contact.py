@@ -7,12 +7,16 @@ The knee's flexion at initial contact; the phase of contact, from when that ankl
 bears the body, 95 % of strides; and by how much a "straight" walk of 20 s ends beside its direction. Drawn people walk
 at their own pace and at those of the bins in which captured people are grouped, each trial of the CMU set by its speed.
 
+A second table says how feet roll over at people's own pace, by the feet as they are drawn: the foot's angle to the
+ground at contact, toes up; the shares of the stride after which the foot is flat (within 1°) and after which the heel
+is 1 cm higher than then; by how much heel and ball slip along while they bear; and how high the heel floats on landing.
+
 A last table says what two harmonics leave, up to the eighth, of the paths of markers of people left out, and what the
 others' average walker, in proportion to strides, leaves of that.
 """
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -20,7 +24,8 @@ from scipy.ndimage import gaussian_filter1d
 import motionenv
 from benchmarks import Arguments
 from benchmarks.gait_validity.__main__ import FPS, KNEES, slips_of, strides_of
-from motionenv.body.kinematics import forward
+from motionenv.body.kinematics import forward, limb_segments
+from motionenv.body.limbs import LIMBS
 from motionenv.body.skeleton import NODES
 from motionenv.errors import ExtrapolationWarning
 from motionenv.models.eigenwalkers.extraction import fourier_walker
@@ -33,6 +38,7 @@ from motionenv.types import Motion
 SECONDS, LONG = 8.0, 20.0  # [s]
 BINS = ((0.5, 0.9), (0.9, 1.2), (1.2, 1.5), (1.5, 1.8))  # [m/s]
 _ANKLES = [NODES.index("left_ankle"), NODES.index("right_ankle")]
+FEET = [LIMBS.index("left_foot"), LIMBS.index("right_foot")]
 _SMOOTH = 0.03  # [s] of the speed
 
 
@@ -57,6 +63,37 @@ def strides(motion: Motion) -> Iterator[tuple[float, float, float, float]]:
             float(knee), (start - furthest) / (end - start), float(np.ptp(speed[first : last + 1])),
             (path[last] - path[first]) * fps / (last - first),
         )  # fmt: skip
+
+
+def rollover(motion: Motion) -> Iterator[tuple[float, ...]]:
+    """Angle of the foot at contact [degrees]; when it is flat, and its heel off [% of stride]; slips and gap [cm]."""
+    ends, radii = limb_segments(motion.poses, motion.skeleton)[:, FEET], motion.skeleton.radii[FEET]
+    for stride in strides_of(motion):
+        foot, radius = ends[:, int(stride.side == "right")], radii[int(stride.side == "right")]
+        first, last = round(stride.start * motion.fps), round(stride.end * motion.fps)
+        if last >= len(foot) or not np.isfinite(stride.toe_off):
+            continue
+        foot, off = foot[first : last + 1], round(stride.toe_off * motion.fps) - first
+        lowest = foot[..., 2] - radius  # heel, ball
+        along = foot[:, 1] - foot[:, 0]
+        angle = np.degrees(np.arctan2(along[:, 2], np.linalg.norm(along[:, :2], axis=1)))
+        flat = int(np.argmax(angle - np.median(angle[off // 4 : off // 2]) < 1.0))
+        heel_off = flat + int(np.argmax(lowest[flat:, 0] > lowest[flat, 0] + 0.01))
+        landing = slice(max(1, flat // 3), max(flat, 2))
+        yield (
+            angle[0] - np.median(angle[off // 4 : off // 2]), 100 * flat / (last - first),
+            100 * heel_off / (last - first), 100 * np.hypot(*np.ptp(foot[landing, 0, :2], axis=0)),
+            100 * np.hypot(*np.ptp(foot[flat : max(int(0.8 * off), flat + 1), 1, :2], axis=0)),
+            100 * lowest[landing, 0].max(),
+        )  # fmt: skip
+
+
+def rolling(label: str, motions: Iterable[Motion]) -> str:
+    """One line of the table of rollover: means over strides, of slips and gap 95 %."""
+    values = np.concatenate([np.array(list(rollover(motion))).reshape(-1, 6) for motion in motions])
+    angle, flat, off = values[:, :3].mean(0)
+    heel, ball, gap = np.percentile(values[:, 3:], 95, axis=0)
+    return f"| {label} | {angle:.0f}° | {flat:.0f} % | {off:.0f} % | {heel:.1f} | {ball:.1f} | {gap:.1f} |"
 
 
 def of_model(name: str, people: int, speed: float | None) -> tuple[np.ndarray, float, np.ndarray]:
@@ -114,6 +151,12 @@ def main() -> None:
             values, slip, veers = of_model(name, asked.people, speed)
             veer = f"{veers.min():+.1f} to {veers.max():+.1f}°, mean {veers.mean():+.2f}°"
             print(row(name, values, str(asked.people), f"{100 * slip:.1f}", veer))
+    print("\n| walks | foot at contact | flat after | heel off after | heel slips [cm] | ball slips [cm] | gap [cm] |")
+    print("|-" * 7 + "|")
+    print(rolling("captured", walks.motions[some]))
+    for name in ("walk/fpca", "walk/eigenwalkers", "walk/prior"):
+        model = motionenv.load(name)
+        print(rolling(name, (model.synthesize(SECONDS, FPS, seed=seed) for seed in range(asked.people))))
     two, rest = left_by_harmonics(walks)
     print(f"\n| paths of markers, people left out | rms [mm] |\n|-|-|\n| less two harmonics | {two:.1f} |")
     print(f"| and less the others' higher ones | {rest:.1f} |")

@@ -10,8 +10,8 @@ speed (0.6-1.9 m/s, at most what takes a lean of 15°), the others stand, start,
   it carries weight (15-80 % of the stance: before, only the heel is down, and later the toe leaves), and the farthest
   that the ankle travels while the foot is flat (25-60 %: later, the heel rises). `captured` are straight CMU walks,
   `straight` the models' own walks along x, of the same people at the same speeds.
-- straightest knee; lowest pelvis, relative to its median; jerk of the legs: the 99.9th percentile of their angular
-  acceleration, relative to that of the straight walks.
+- straightest knee; lowest pelvis, relative to its median; and the 99.9th percentiles of the legs' angular acceleration
+  and of the pelvis', whose path is smoothed over 0.03 s: medians over walks, of captured turns the least and greatest.
 - off the path: distance of the pelvis, without its sway (smoothed over 0.45 s), from the path.
 - turning, of the made and of captured walks that turn, with curvature from the pelvis' path alone: the whole body's
   inclination (ankles to neck) per v²κ/g, by least squares; by how much the head heads before the pelvis' way does; and
@@ -22,6 +22,7 @@ No constant of the library was chosen on these numbers: lean, anticipation and s
 `motionenv.models.paths.bending` names.
 """
 
+import warnings
 from itertools import pairwise
 from pathlib import Path
 
@@ -33,6 +34,7 @@ import motionenv
 from benchmarks import Arguments
 from benchmarks.captured_walks import straight_trials
 from motionenv.body import NODES, feet, forward
+from motionenv.errors import ExtrapolationWarning
 from motionenv.gait import feet_of, find_events
 from motionenv.mocap.readers import asfamc
 from motionenv.models.paths import WalkPath, random_path, walk_along
@@ -42,7 +44,7 @@ TURNING = ("26_01", "27_01", "29_01", "46_01")
 SECONDS, FPS, GRAVITY = 10.0, 60.0, 9.81
 RADIUS, SPEED, LEAN = (1.5, 5.0), (0.6, 1.9), np.radians(15.0)
 FOREFOOT, FLAT = (0.15, 0.8), (0.25, 0.6)
-OVER = 0.45  # [s]
+OVER, BRIEFLY = 0.45, 0.03  # [s]
 ROUND = 0.2  # [1/m] of a turn in which inner and outer strides are told apart
 
 
@@ -74,6 +76,14 @@ def slips(motion) -> np.ndarray:
             if len(ball) > 1 and len(ankle) > 1:
                 found.append((pdist(ball).max(), pdist(ankle).max()))
     return np.array(found).reshape(-1, 2)
+
+
+def hardest(motion) -> tuple[float, float]:
+    """99.9th percentiles of the angular accelerations of the legs [rad/s²] and of the pelvis' acceleration [m/s²]."""
+    legs = np.abs(np.diff(motion.poses[:, 17:], 2, axis=0)) * motion.fps**2
+    root = gaussian_filter1d(motion.poses[:, :3], BRIEFLY * motion.fps, axis=0, mode="nearest")
+    pelvis = np.linalg.norm(np.diff(root, 2, axis=0), axis=1) * motion.fps**2
+    return float(np.quantile(legs, 0.999)), float(np.quantile(pelvis, 0.999))
 
 
 def turning(motion) -> dict[str, np.ndarray]:
@@ -157,15 +167,15 @@ def measure(name: str, walkers: int, seed: int) -> None:
         off.append(np.sqrt(((root[:, None] - dense) ** 2).sum(-1).min(axis=1)))
         for which, motion in ((kind, made), ("straight", straight)):
             sets[which].append(slips(motion))
-            jerk = np.abs(np.diff(motion.poses[:, 17:], 2, axis=0)) * FPS**2
             z = motion.poses[:, 2]
             knees = np.degrees(motion.poses[:, [20, 24]].min())
-            legs[which].append((knees, z.min() / np.median(z), np.quantile(jerk, 0.999)))
+            legs[which].append((knees, z.min() / np.median(z), *hardest(motion)))
     print(f"{name}, {walkers} walkers")
     for kind, found in sets.items():
-        knee, low, jerk = np.transpose(legs[kind])
+        knee, low, leg, pelvis = np.transpose(legs[kind])
         print(f"  {kind:14} {slipped(found)}; straightest knee {knee.min():.1f}°, "
-              f"lowest pelvis {low.min():.2f}, leg acceleration {np.median(jerk):.0f} rad/s²")  # fmt: skip
+              f"lowest pelvis {low.min():.2f}, leg acceleration {np.median(leg):.0f} rad/s², "
+              f"pelvis {np.median(pelvis):.1f} m/s² (at most {pelvis.max():.1f})")  # fmt: skip
     print(f"  off the path: {100 * np.median(np.concatenate(off)):.1f} cm (median), "
           f"{100 * np.percentile(np.concatenate(off), 99):.1f} cm (99 %)")  # fmt: skip
     print(f"  turning: {told(turns)}")
@@ -186,11 +196,15 @@ def captured(mocap: Path, turning_trials: tuple[str, ...]) -> None:
     trials = straight_trials(mocap)
     walks = [motionenv.retarget(asfamc.read(mocap / "cmu_asfamc" / t[:2] / f"{t}.amc", fps=120)) for t in trials]
     print(f"captured straight walks: {slipped([slips(walk) for walk in walks])}")
-    found = []
+    found, hard = [], np.median([hardest(motionenv.types.Motion(w.poses[::2], w.skeleton, FPS)) for w in walks], axis=0)
+    print(f"  leg acceleration {hard[0]:.0f} rad/s², pelvis {hard[1]:.1f} m/s²")
+    pelvis = []
     for trial in turning_trials:
         motion = motionenv.retarget(asfamc.read(mocap / "cmu_asfamc" / trial[:2] / f"{trial}.amc", fps=120))
-        found.append(turning(motionenv.types.Motion(motion.poses[::2], motion.skeleton, FPS)))
-    print(f"captured ({', '.join(turning_trials)}): {told(found)}")
+        motion = motionenv.types.Motion(motion.poses[::2], motion.skeleton, FPS)
+        found.append(turning(motion))
+        pelvis.append(hardest(motion)[1])
+    print(f"captured ({', '.join(turning_trials)}): {told(found)}, pelvis {min(pelvis):.1f} to {max(pelvis):.1f} m/s²")
 
 
 def main() -> None:
@@ -199,6 +213,7 @@ def main() -> None:
     parser.add_argument("--walkers", type=int, default=100, quick=2)
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
+    warnings.simplefilter("ignore", ExtrapolationWarning)
     for name in MODELS:
         measure(name, arguments.walkers, arguments.seed)
     if arguments.mocap:
