@@ -204,13 +204,12 @@ def _samples(**how) -> Any:
     return [drawn, tree().source(drawn.windows), tree().leaf(drawn.windows)]
 
 
-@output("tree coefficients, density and history")
+@output("tree coefficients and history")
 def _tree_numbers() -> Any:
     from motionenv.models.motion_tree import history
 
     poses = walk().poses
-    density = tree().log_density(poses[:20], poses[20], seed=1)
-    return [tree().coefficients(poses), density, history(tree(), "walk", seed=3)]
+    return [tree().coefficients(poses), history(tree(), "walk", seed=3)]
 
 
 @output("tree growth steered")

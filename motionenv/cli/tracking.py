@@ -15,21 +15,21 @@ if TYPE_CHECKING:
     from motionenv.tracking import Film
 
 _FILMS = {".mp4", ".gif", ".webp"}
-_ENVS = {
-    "walker": "WalkerTracking", "motionenv/WalkerTracking-v1": "WalkerTracking",
-    "arm": "ArmTracking", "motionenv/ArmTracking-v1": "ArmTracking",
-}  # fmt: skip
+_ENVS = {"walker": "motionenv/WalkerTracking-v1", "arm": "motionenv/ArmTracking-v1"}
 _TRACKERS = ("fpca", "tree", "constant-velocity", "mixture")
-_SIZE, _ENLARGED = 128, 3  # image side of an environment [pixels], and its magnification in the film
+_SIZE, _FILMED = 128, 384  # image side of an environment without a level, and about that of its film [pixels]
 _FILM_SIDE = 640  # [pixels] longest side of a video in the film; smaller videos are enlarged by a whole number
 _LOST = 3  # exit code of a track that was lost at times
+_OFF, _OFTEN = 0.5, 0.1  # [m] error from which a frame of an environment is lost, and share of such frames
 _WALKS = 0.7  # least probability of walking of whom --person all follows
 _SHOWN = 30  # particles shown in the film
 
 
 def track(
     out: Annotated[Path, typer.Option(help="Film of the track: .mp4, .gif or .webp.")],
-    env: Annotated[str | None, typer.Option(help="Environment: walker, arm, or an id.")] = None,
+    env: Annotated[
+        str | None, typer.Option(help="Environment: walker, arm, or an id such as motionenv/WalkerTracking-Hard-v1.")
+    ] = None,
     video: Annotated[
         Path | None, typer.Option(help="Video to track instead: somebody who walks, a static camera.")
     ] = None,
@@ -39,15 +39,19 @@ def track(
     height: Annotated[
         float | None, typer.Option(help="Body height in a video [m]; by default estimated with --camera, else 1.75.")
     ] = None,
-    tracker: Annotated[str, typer.Option(help="Motion prior: fpca, tree, constant-velocity or mixture.")] = "fpca",
+    tracker: Annotated[
+        str | None,
+        typer.Option(help="Motion prior: fpca (default), tree, constant-velocity (default of arms) or mixture."),
+    ] = None,
     model: Annotated[
         str | None, typer.Option(help="Name or file of the prior's model; by default a packaged one.")
     ] = None,
     particles: Annotated[int, typer.Option(min=2, help="Number of particles.")] = 2000,
     start: Annotated[
-        str | None, typer.Option(help="Initialisation in an environment: automatic (default), or given by the truth.")
+        str | None,
+        typer.Option(help="First pose in an environment: automatic (default), or given by the truth (arms)."),
     ] = None,
-    frames: Annotated[int | None, typer.Option(min=1, help="Frames of an environment; by default 90.")] = None,
+    frames: Annotated[int | None, typer.Option(min=1, help="Frames of an environment; by default its own.")] = None,
     seconds: Annotated[float | None, typer.Option(help="Longest duration of a video [s]; by default 60.")] = None,
     person: Annotated[
         str | None,
@@ -75,18 +79,20 @@ def track(
 ) -> None:
     """Track a person with a particle filter, and film the track.
 
-    In an environment the tracker observes exact silhouettes, in a video the moving foreground. The film shows the
+    In an environment the tracker observes what the id says, in walker and arm exact silhouettes, and is the agent of
+    motionenv evaluate unless options say otherwise; in a video it is the moving foreground. The film shows the
     particles as thin lines, the expected pose, the body from another view, and the error; for a video, the overlap of
     pose and outline instead of the error, and LOST in frames in which the person isn't followed.
     Detections, a frame for each of the video's, choose whom to follow and which side is left. --detect needs
     pip install 'motionenv[detect]'.
-    Exit codes: 0, followed wherever the person is wholly in the picture; 3, lost at times (the file of --motion has NaN
-    there, or the longest stretch if its format has no gaps), with the reasons on stderr; 2, nothing could be tracked.
-    Example: motionenv track --env walker --tracker fpca --particles 1000 --out track.mp4
+    Exit codes: 0, followed wherever the person is wholly in the picture; 3, lost at times (of a video, the file of
+    --motion has NaN there, or the longest stretch if its format has no gaps; in an environment, joints are off by half
+    a metre in a tenth of the frames), with the reasons on stderr; 2, nothing could be tracked.
+    Example: motionenv track --env walker --particles 1000 --out track.mp4
     """
     if (env is None) == (video is None):
         raise MotionError("give either --env, such as walker, or --video: exactly one of them")
-    if tracker not in _TRACKERS:
+    if tracker not in (None, *_TRACKERS):
         raise MotionError(f"--tracker must be one of {', '.join(_TRACKERS)}, got {tracker!r}")
     _check_outputs(out, motion)
     if video is None:
@@ -96,9 +102,9 @@ def track(
             "detections": detections, "detect": detect or None, "weights": weights,
         }  # fmt: skip
         _refuse(of_videos, "for --video only")
-        start, frames = "automatic" if start is None else start, 90 if frames is None else frames
         _track_env(str(env), tracker, model, particles, start, frames, out, motion, seed)
         return
+    tracker = tracker or "fpca"
     from motionenv.tracking import Film
 
     _refuse({"start": start, "frames": frames}, "for --env only; a video is tracked as a whole")
@@ -288,62 +294,80 @@ def _track_env(env, tracker, model, particles, start, frames, out, motion_out, s
     from motionenv.render.video.tracking_film import track_film
     from motionenv.types import Motion
 
-    if start not in ("automatic", "given"):
-        raise MotionError(f"--start must be automatic or given, got {start!r}")
     played = _Episode(env, tracker, model, particles, start, frames, seed)
-    with progress("following", frames) as step:
-        played.evaluate(step)
-    poses, errors = np.array(played.poses), np.array(played.errors)
-    cameras = [enlarged(c, _ENLARGED) for c in played.cameras]
-    pictures = _enlarged(played.pictures, _ENLARGED)
+    with progress("following", played.env.world.horizon) as step:
+        pictures, cameras, found, drawn, off = zip(*played.frames(step), strict=True)
+    poses, errors, times = np.array(found), np.array(off), max(1, round(_FILMED / cameras[0].width))
     film = track_film(
-        pictures, cameras, poses, played.particles, played.skeleton, 1000 * errors, label="error per joint [mm]"
-    )
+        _enlarged(pictures, times), [enlarged(c, times) for c in cameras], poses, list(drawn), played.skeleton,
+        1000 * errors, label="error per joint [mm]",
+    )  # fmt: skip
     with progress("filming", len(poses)) as step:
         write_video(out, film, played.fps, progress=step)
     typer.echo(f"{out}  {len(poses)} frames, {1000 * errors.mean():.0f} mm per joint on average")
     if motion_out is not None:
         write(Motion(poses, played.skeleton, played.fps, env), motion_out)
         typer.echo(f"{motion_out}  {len(poses)} frames at {played.fps:g} fps")
+    if (lost := int((errors > _OFF).sum())) > _OFTEN * len(errors):
+        note(f"LOST in {lost} of {len(errors)} frames: joints are off by more than {_OFF:g} m on average")
+        raise typer.Exit(_LOST)
+
+
+def _environment(env: str, frames: int | None) -> Any:
+    """The environment of pictures that --env names, which also gives colours for the film."""
+    from motionenv import envs
+    from motionenv.envs.tasks import ENVIRONMENTS, TASKS
+
+    name, settings = _ENVS.get(env, env), {"size": _SIZE, "observation": "mask"}
+    known = [one for one in (*ENVIRONMENTS, *TASKS) if "Walker" in one or "Arm" in one]
+    if name not in known:
+        raise MotionError(f"--env must be one of {', '.join((*_ENVS, *known))}, got {env!r}")
+    if name in TASKS:
+        name, settings = TASKS[name].env, dict(TASKS[name].settings)
+    if settings["observation"] == "mask":
+        settings["observation"] = ("mask", "rgb")
+    settings |= {} if frames is None else {"horizon": frames}
+    return getattr(envs, ENVIRONMENTS[name].partition(":")[2])(**settings)
 
 
 class _Episode:
     """One episode of an environment (walker, arm or an id), and the data for its film."""
 
-    def __init__(self, env: str, tracker: str, model: str | None, particles: int, start: str, frames: int, seed: int):
+    def __init__(
+        self, env: str, tracker: str | None, model: str | None, particles: int, start: str | None, frames: int | None,
+        seed: int,
+    ):  # fmt: skip
         from motionenv import envs
         from motionenv.envs.agents import TrackingAgent, truth_start
+        from motionenv.envs.agents.particle_filter import adults_prior
 
-        if env not in _ENVS:
-            raise MotionError(f"--env must be one of {', '.join(_ENVS)}, got {env!r}")
-        make = _made(tracker, model, arm=_ENVS[env] == "ArmTracking")
-        made: Any = getattr(envs, _ENVS[env])(size=_SIZE, observation=("mask", "rgb"), horizon=frames)
-        self.env, self.fps = made, made.unwrapped.world.fps
-        prior = make(None, self.fps)
+        self.env: Any = _environment(env, frames)
+        arm = type(self.env) is envs.ArmTracking
+        if start not in (None, "automatic", "given"):
+            raise MotionError(f"--start must be automatic or given, got {start!r}")
+        self.fps = self.env.world.fps
+        if tracker or model or arm:
+            prior = _made(tracker or ("constant-velocity" if arm else "fpca"), model, arm=arm)(None, self.fps)
+        else:
+            prior = adults_prior(self.fps)
         self.skeleton = prior.skeleton
-        self.agent = TrackingAgent(made, prior, particles, seed=seed, start=truth_start if start == "given" else None)
+        first = truth_start if start == "given" or (arm and start is None) else None
+        self.agent = TrackingAgent(self.env, prior, particles, seed=seed, start=first)
         self.seed, self.rng = seed, random_generator(seed)
-        self.poses: list[np.ndarray] = []
-        self.particles: list[np.ndarray] = []
-        self.pictures: list[np.ndarray] = []
-        self.errors: list[float] = []
-        self.cameras: list[Any] = []
 
-    def evaluate(self, step) -> None:
-        """Run the episode; calls `step` after each frame."""
+    def frames(self, step) -> Iterator[tuple]:
+        """Run the episode: picture, camera, expected pose, drawn poses and error [m] of each frame; calls `step`."""
         from motionenv.tracking.priors.base import systematic
 
         observation, _ = self.env.reset(seed=self.seed)
         self.agent.reset(observation)
         ended = False
         while not ended:
-            self.pictures.append(np.array(observation["rgb"]))
-            self.cameras.append(self.env.unwrapped.truth()["camera"])
-            action = self.agent.act(observation)
+            picture = np.array(observation["rgb"] if isinstance(observation, dict) else observation)
+            camera, action = self.env.truth()["camera"], self.agent.act(observation)
             (belief,) = self.agent.beliefs
-            self.poses.append(belief.mean)
-            self.particles.append(belief.poses[systematic(np.exp(belief.log_weights), _SHOWN, self.rng)])
+            drawn = belief.poses[systematic(np.exp(belief.log_weights), _SHOWN, self.rng)]
             observation, _, terminated, truncated, info = self.env.step(action)
-            self.errors.append(float(info["error"]))
+            yield picture, camera, belief.mean, drawn, float(info["error"])
             ended = terminated or truncated
             step()

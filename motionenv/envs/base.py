@@ -34,6 +34,7 @@ _Named = ParamSpec("_Named")
 
 #: Number of consecutive estimates with errors above `lost_after` after which the track is lost.
 LOST_ESTIMATES = 10
+_ROUNDING = 1e-6  # of an action's range, by which wrappers that rescale actions overshoot
 
 Observation = np.ndarray | dict[str, np.ndarray]
 
@@ -108,8 +109,9 @@ def taking(
         @functools.wraps(init)
         def __init__(self: _Self, *given: Any, **named: Any) -> None:
             if "num_envs" in signature.parameters and "max_episode_steps" in named:
-                # Gymnasium remakes a vector from its specification.
-                named = {"horizon": named.pop("max_episode_steps"), **named}
+                # Gymnasium's limit of a single environment's steps, which doesn't make episodes longer.
+                horizon = named.get("horizon", signature.parameters["horizon"].default)
+                named["horizon"] = min(horizon, named.pop("max_episode_steps"))
             if unknown := sorted(named.keys() - signature.parameters):
                 near = did_you_mean(unknown[0], signature.parameters)
                 raise MotionError(f"{type(self).__name__} has no argument {unknown[0]!r}{near}")
@@ -298,7 +300,8 @@ def checked_lost_after(lost_after: float | None) -> float | None:
 def checked_actions(actions: ArrayLike, space: gymnasium.spaces.Box, read: np.ndarray | None = None) -> np.ndarray:
     """Actions (n, ...) as float64, each inside the `space` of a single environment, which must contain 0.
 
-    Only those that `read` (n,) bool tells are used, None is all; the others become 0.
+    What rounding puts beyond a bound, as wrappers that rescale actions do, is put back on it. Only those that `read`
+    (n,) bool tells are used, None is all; the others become 0.
 
     Raises:
         MotionError: another shape of `actions`, not numeric, not finite or out of bounds.
@@ -317,10 +320,11 @@ def checked_actions(actions: ArrayLike, space: gymnasium.spaces.Box, read: np.nd
             f"action must be numbers of shape {many}{space.shape}, got {actions.dtype} of shape "
             f"{actions.shape if read is not None else actions.shape[1:]}"
         )
-    inside = (actions >= space.low) & (actions <= space.high)  # False for NaN
+    slack = _ROUNDING * (space.high - space.low)
+    inside = (actions >= space.low - slack) & (actions <= space.high + slack)  # False for NaN
     if not inside.all():
         _refuse(actions, space, inside if read is None else inside | ~read.reshape(-1, *[1] * len(space.shape)))
-    actions = actions.astype(np.float64)
+    actions = np.clip(actions.astype(np.float64), space.low, space.high)
     if read is not None:
         actions[~read] = 0.0
     return actions

@@ -21,7 +21,7 @@ with probability false_alarms outside. Colours determine y only up to a probabil
 
 Both rates make the likelihood robust: they bound the log-odds of a pixel, and so the influence of occluders. The
 log-likelihood is the sum of log p(pixel | none) over the image plus the sum of log-odds over the silhouette, which
-needs one pass over the outline. Known occluders are passed as `unseen` pixels, with p = ½. (Estimating occluders from
+needs one pass over the outline. Pixels of known occluders are those of a mask with p = ½. (Estimating occluders from
 pixels that the posterior covers but that aren't foreground doesn't help: by then the posterior is wrong.)
 
 **Depth.** Where both hypothesis and image have a body, the observed depth is Gaussian about the hypothesis', or, with
@@ -108,7 +108,7 @@ class SilhouetteLikelihood(ImageLikelihood):
         self.depth_noise, self.outliers = depth_noise, outliers
         self.effective, self.distance = effective, distance
         self.workers = Workers(threads, "estimation")
-        self.still, self._believed = still, LimbPosterior(self.skeleton)
+        self.still, self._caster = still, Raycaster(threads=1)
         self.look(camera)
         self.forget()
 
@@ -121,17 +121,17 @@ class SilhouetteLikelihood(ImageLikelihood):
 
     def observe(
         self, *, mask: np.ndarray | None = None, rgb: np.ndarray | None = None, depth: np.ndarray | None = None,
-        background: np.ndarray | None = None, unseen: np.ndarray | None = None, camera: Camera | None = None,
+        background: np.ndarray | None = None, camera: Camera | None = None,
     ) -> None:  # fmt: skip
         """Set the current image: one of `mask`, `rgb` and `depth`.
 
         Args:
-            mask: (height, width), bool or integers (0 is background), or foreground probabilities as floats.
+            mask: (height, width), bool or integers (0 is background), or foreground probabilities as floats, such as ½
+                where something is known to hide the body.
             rgb: uint8 (height, width, 3).
-            depth: (height, width) [m] along the camera's z; infinite, or 0, where there is no body.
+            depth: (height, width) [m] along the camera's z; infinite, or 0, where there is no body; NaN where unknown.
             background: (height, width, 3), `rgb` without the body; None estimates it from the images so far, see
                 `motionenv.likelihoods.background.Background`.
-            unseen: bool (height, width), True at occluders; such pixels are ignored. None is nowhere.
             camera: current camera, if it moves.
 
         Raises:
@@ -154,10 +154,6 @@ class SilhouetteLikelihood(ImageLikelihood):
             foreground = self._not_background(rgb, background)
         self.look(camera)
         self._to_learn = rgb is not None and background is None
-        if unseen is not None:
-            nothing = checked_unseen(unseen, size)
-            foreground = None if foreground is None else np.where(nothing, 0.5, foreground)
-            depths = None if depths is None else np.where(nothing, np.float32(np.nan), depths)
         self._foreground, self._depth = foreground, depths
         self._odds = None if foreground is None else self._log_odds(foreground)
 
@@ -178,8 +174,9 @@ class SilhouetteLikelihood(ImageLikelihood):
         from scipy.ndimage import binary_dilation
 
         self._to_learn = False
-        body = self._believed.shares(checked_poses(np.atleast_2d(poses)), log_weights, self.camera)[0] < _BARE
-        self._background.learn(binary_dilation(body, iterations=max(1, round(_BESIDE * self.scale))))
+        poses = checked_poses(np.atleast_2d(poses))
+        bare = bareness(self._caster, self.skeleton, poses, log_weights, self.camera)
+        self._background.learn(binary_dilation(bare < _BARE, iterations=max(1, round(_BESIDE * self.scale))))
 
     def __repr__(self) -> str:
         return f"SilhouetteLikelihood({self.camera.width}x{self.camera.height}, body of {self.skeleton.height:.2f} m)"
@@ -337,23 +334,6 @@ def _check_size(name: str, shape: tuple, size: tuple) -> None:
         raise MotionError(f"{name} must have the camera's (height, width) {size}, got {shape}")
 
 
-def checked_unseen(unseen: ArrayLike, size: tuple) -> np.ndarray:
-    """Occluded pixels, bool (height, width).
-
-    Args:
-        unseen: argument of `observe`.
-        size: (height, width) of the camera's images.
-
-    Raises:
-        MotionError: another size, or not bool.
-    """
-    unseen = np.asarray(unseen)
-    _check_size("unseen", unseen.shape, size)
-    if unseen.dtype != np.bool_:
-        raise MotionError(f"unseen must be bool (height, width), got {unseen.dtype}")
-    return unseen
-
-
 def _probabilities(mask, size: tuple) -> np.ndarray:
     mask = np.asarray(mask)
     _check_size("mask", mask.shape, size)
@@ -368,47 +348,26 @@ def _depths(depth, size: tuple) -> np.ndarray:
     """A depth image as float32, infinite where there is no body."""
     depth = np.asarray(depth)
     _check_size("depth", depth.shape, size)
-    if depth.dtype.kind not in "fui" or np.isnan(depth).any() or (depth < 0).any():
-        raise MotionError("depth must be at least 0 [m], infinite or 0 where there is no body, and not NaN")
-    return np.where(depth > 0, depth, np.inf).astype(np.float32)
+    if depth.dtype.kind not in "fui" or (depth < 0).any():
+        raise MotionError("depth must be at least 0 [m], infinite or 0 where there is no body, NaN where unknown")
+    return np.where(depth == 0, np.inf, depth).astype(np.float32)
 
 
 _DRAWN = 24  # rendered hypotheses
 
 
-class LimbPosterior:
-    """Renders hypotheses drawn from a posterior, for likelihoods that adapt to it.
+def bareness(caster: Raycaster, body: Skeleton, poses: ArrayLike, logs: ArrayLike | None, camera: Camera) -> np.ndarray:
+    """Probability (height, width) that a pixel of `camera` shows no limb of `poses` (N, 25), or one (25,), of a `body`.
 
-    Args:
-        skeleton: the body of the hypotheses.
+    `logs` are the poses' log weights (N,) up to a constant, None is equal; MotionError for incompatible shapes.
     """
-
-    def __init__(self, skeleton: Skeleton) -> None:
-        self.skeleton = skeleton
-        self._caster = Raycaster(threads=1)
-
-    def shares(self, poses: ArrayLike, log_weights: ArrayLike | None, camera: Camera) -> np.ndarray:
-        """Probability (1 + limbs, height, width) that a pixel shows no limb, or each of the limbs.
-
-        Args:
-            poses: (N, 25) [m, rad], or one (25,).
-            log_weights: (N,), up to a constant; None is equal weights.
-            camera: the view.
-
-        Raises:
-            MotionError: arrays of incompatible shapes.
-        """
-        poses = np.atleast_2d(np.asarray(poses, dtype=np.float64))
-        logs = np.zeros(len(poses)) if log_weights is None else np.asarray(log_weights, dtype=np.float64)
-        if logs.shape != (len(poses),) or not len(poses) or not np.isfinite(logs.max()):
-            raise MotionError(f"log_weights must be ({len(poses)},), at least one above -inf, got {logs.shape}")
-        total = np.cumsum(np.exp(logs - logs.max()))
-        # Deterministic systematic resampling, so that repeated calls give the same result.
-        drawn = np.searchsorted(total, total[-1] * (np.arange(_DRAWN) + 0.5) / _DRAWN)
-        which, times = np.unique(drawn, return_counts=True)
-        labels = self._caster.render(poses[which], self.skeleton, camera, rgb=False).limbs
-        pixels = camera.height * camera.width
-        cells = labels.reshape(len(which), -1) * np.int64(pixels) + np.arange(pixels)
-        weights = np.repeat(times / _DRAWN, pixels)
-        shares = np.bincount(cells.ravel(), weights, minlength=(1 + len(LIMBS)) * pixels)
-        return shares.reshape(-1, camera.height, camera.width)
+    poses = np.atleast_2d(np.asarray(poses, dtype=np.float64))
+    logs = np.zeros(len(poses)) if logs is None else np.asarray(logs, dtype=np.float64)
+    if logs.shape != (len(poses),) or not len(poses) or not np.isfinite(logs.max()):
+        raise MotionError(f"log_weights must be ({len(poses)},), at least one above -inf, got {logs.shape}")
+    total = np.cumsum(np.exp(logs - logs.max()))
+    # Deterministic systematic resampling, so that repeated calls give the same result.
+    drawn = np.searchsorted(total, total[-1] * (np.arange(_DRAWN) + 0.5) / _DRAWN)
+    which, times = np.unique(drawn, return_counts=True)
+    bare = caster.render(poses[which], body, camera, rgb=False).limbs == 0
+    return np.tensordot(times / _DRAWN, bare, axes=1)

@@ -8,11 +8,11 @@ from motionenv.tracking.particle_filter import Belief, ParticleFilter
 from motionenv.tracking.priors.base import Prior, SizedPrior, Start
 from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.tracking.priors.mixture import MixturePrior
-from motionenv.tracking.priors.tree import TreePrior, reaching_tree
+from motionenv.tracking.priors.tree import TreePrior
 from motionenv.tracking.priors.velocity import VelocityPrior
 from motionenv.tracking.video import Film, VideoTrack, find_people, track_video
 
 __all__ = [
     "Belief", "FPCAPrior", "Film", "MixturePrior", "ParticleFilter", "Prior", "SizedPrior", "Start", "TreePrior",
-    "VelocityPrior", "VideoTrack", "find_people", "reaching_tree", "track_video",
+    "VelocityPrior", "VideoTrack", "find_people", "track_video",
 ]  # fmt: skip

@@ -1,8 +1,9 @@
 """Automatic initialisation: find the first pose of a track by annealed particle search over the first images.
 
 Hypotheses are walkers of the functional model (Ormoneit et al. 2005, section 5, set the first pose by hand): a gait
-from a bank, at any phase and heading. Each is placed on the ground so that its outline matches the height and centre of
-the foreground of the first image, and then walks through all images. The likelihood of the images, tempered so that a
+from a bank, at any phase and heading. Each supposes which part of the body the foreground of the first image shows: all
+of it, or what an occluder or the picture's edge leaves. It is placed on the ground so that the height and centre of its
+outline match that, and then walks through all images. The likelihood of the images, tempered so that a
 fixed fraction of hypotheses is effective, resamples them; noise that decreases from round to round perturbs them
 (Deutscher & Reid 2005). The remaining hypotheses are the candidates. If left and right are ambiguous, both remain.
 """
@@ -17,7 +18,7 @@ import numpy as np
 from motionenv._core.validation import checked_fps, checked_whole, random_generator
 from motionenv.body import limb_segments
 from motionenv.errors import MotionError
-from motionenv.likelihoods.base import ImageLikelihood, apparent
+from motionenv.likelihoods.base import ImageLikelihood, apparent, log_nobody
 from motionenv.models.paths.bending import TURN_RATE
 from motionenv.models.registry import load
 from motionenv.models.walking.model import WalkingModel
@@ -30,12 +31,18 @@ _SPARE = 3.0  # [s] extra length of the gaits, so that the first image can have 
 _MOST_PICTURES = 8  # most images that are scored, equally spaced
 _LARGE = 0.15  # least area of a foreground component, relative to the largest, that counts as part of the body
 _EDGE = 0.7  # [pixels] standard deviation of a box's edges; of somebody small in the picture it moves the start far
+_HIDDEN = 0.4  # share of the hypotheses of which something hides a part
+_LEAST_SEEN = 0.25  # of a body's height, where something hides its head or its feet
+_NARROW = 0.2  # [body heights] farthest that the body's centre is beside that of what is seen of it
 _EXTREME = 5.0  # standard deviations of the largest and the smallest body
+_BEYOND = 5.0  # pictures' sizes beyond which nobody's outline is followed
+_DISTANT = 0.03  # standard deviation of the log of a candidate's distance
 _SETTLED = 5  # iterations that place a walker at the outline
 _STEP = 0.25  # largest step of one iteration, relative to the distance from the camera
 _NEAREST = 1.0  # [m] least distance from the camera
 _ROUNDS = 7
 _COOLING = 0.7  # factor on the noise from round to round
+_UNSEEN = 0.02  # probability that somebody isn't seen at all in a picture
 _KEPT = 0.02  # effective fraction of the hypotheses
 _OTHER_GAIT = 0.3  # probability of switching the gait in each round
 _EXCHANGED = 0.1  # probability of swapping left and right, and of reflecting in depth
@@ -75,7 +82,7 @@ class _Bank:
 
 def automatic_start(
     likelihood: ImageLikelihood, observations: Sequence[Mapping[str, Any]], *, fps: float = 30.0, n: int = 10_000,
-    candidates: int = 64, model: WalkingModel | str = "walk/fpca", size: float = 0.0,
+    candidates: int = 256, model: WalkingModel | str = "walk/fpca", size: float = 0.0,
     seed: int | np.random.Generator | None = None,
 ) -> Start:  # fmt: skip
     """Estimate candidates for the first pose from the first images.
@@ -107,6 +114,7 @@ def automatic_start(
     boxes = bounding_boxes(pictures[0][1].foreground)
     bank = _build_bank(model, likelihood.skeleton, len(observations) / fps, rng)
     boxes = boxes[rng.integers(len(boxes), size=n)] + _EDGE * rng.standard_normal((n, 4))
+    boxes = _whole_bodies(boxes, likelihood.camera, rng)
     walkers = _random_hypotheses(bank, likelihood, boxes, size, rng)
     for i in range(_ROUNDS):
         some = pictures[:: max(1, len(pictures) >> i)]
@@ -114,6 +122,9 @@ def automatic_start(
         walkers = _perturbed(bank, drawn, likelihood.camera, _COOLING**i, size, rng)
     scores = _scores(bank, walkers, pictures, size)
     best = walkers.take(_tempered_draw(scores, max(2.0, 0.5 * _KEPT * n), candidates, rng))
+    centre = likelihood.camera.centre[:2]
+    farther = np.exp(_DISTANT * rng.standard_normal(candidates))[:, None]
+    best = replace(best, place=centre + farther * (best.place - centre))
     poses = _poses(bank, best, 0.0)
     heights = likelihood.skeleton.height * best.size
     return Start(poses, np.zeros(len(poses)), _poses(bank, best, -1 / fps), SPREAD, heights)
@@ -137,15 +148,32 @@ def bounding_boxes(foreground: np.ndarray) -> np.ndarray:
     return np.vstack([[low[0], high[1], low[2], high[3]], each])[: None if len(each) > 1 else 1]
 
 
+def _whole_bodies(boxes: np.ndarray, camera: Camera, rng: np.random.Generator) -> np.ndarray:
+    """Boxes (n, 4) of whole bodies of which those of `boxes` (n, 4) are visible, with parts that are hidden at random.
+
+    Whoever touches the picture's edge goes on beyond it; of others, something may hide the head, the feet or a side.
+    """
+    n, edges = len(boxes), np.array([0.5, camera.width - 1.5, 0.5, camera.height - 1.5])
+    outside = np.where([True, False, True, False], boxes <= edges, boxes >= edges)
+    hidden = rng.random(n) < _HIDDEN
+    cut = outside | (hidden[:, None] & (rng.integers(4, size=n)[:, None] == np.arange(4)))
+    more = (boxes[:, 3] - boxes[:, 2] + 1) * (1 / rng.uniform(_LEAST_SEEN, 1.0, n) - 1) * cut[:, 2:].any(axis=1)
+    below = np.where(cut[:, 2:].all(axis=1), rng.random(n), cut[:, 3])  # share of what is hidden
+    whole = boxes + np.stack([0 * more, 0 * more, -(1 - below) * more, below * more], axis=1)
+    beside = _NARROW * (whole[:, 3] - whole[:, 2]) * rng.random(n)
+    whole[:, :2] += ((cut[:, 1] * 1.0 - cut[:, 0]) * beside)[:, None]
+    return whole
+
+
 def _build_bank(model: WalkingModel | str, skeleton: Skeleton, seconds: float, rng: np.random.Generator) -> _Bank:
-    """Gaits of random walkers with the body's height, for `seconds` of images."""
+    """Gaits of random walkers with the body of a `skeleton`, for `seconds` of images."""
     walking = load(model) if isinstance(model, str) else model
     if not isinstance(walking, WalkingModel):
         raise MotionError(f"model must be a WalkingModel such as walk/fpca, got {type(walking).__name__}")
     strides = walking.sample(_GAITS, seed=rng)
     walks = walking.walks(
         _PACES[1] * seconds + _SPARE, _BANK_FPS, n=_GAITS, stride=strides, seed=rng, variation=0.0,
-        height=skeleton.height,
+        skeleton=skeleton,
     )  # fmt: skip
     return _Bank(np.asarray(walks.poses), strides.seconds)
 
@@ -194,8 +222,8 @@ def _placement_shift(camera: Camera, ends: np.ndarray, boxes: np.ndarray) -> np.
     """Ground shift (n, 2) [m] that moves limbs with end points (n, limbs, 2, 3) towards filling their boxes."""
     box = boxes.T
     pixels, depth = camera.project(ends.reshape(len(ends), -1, 3))
-    sides = np.array([camera.width, camera.height]) - 1.0
-    low, high = np.clip(pixels.min(axis=1), 0, sides), np.clip(pixels.max(axis=1), 0, sides)
+    sides = np.array([camera.width, camera.height])
+    low, high = (np.clip(ends, -_BEYOND * sides, _BEYOND * sides) for ends in (pixels.min(axis=1), pixels.max(axis=1)))
     far = np.maximum(depth.mean(axis=1), _NEAREST)
     aside = (box[:2].mean(axis=0) - 0.5 * (low[:, 0] + high[:, 0])) * far / abs(camera.K[0, 0])
     # Moving away shrinks the outline and, if the camera looks down, moves it up: least squares of both.
@@ -250,7 +278,8 @@ def _scores(
     for seconds, likelihood in pictures:
         seen = _poses(bank, walkers, seconds)
         seen = apparent(seen, walkers.size, likelihood.camera) if size else seen
-        total += np.nan_to_num(likelihood.log_likelihood(seen), nan=-1e9, neginf=-1e9)
+        there = np.nan_to_num(likelihood.log_likelihood(seen), nan=-1e9, neginf=-1e9)
+        total += np.logaddexp(there, np.log(_UNSEEN) + log_nobody(likelihood, seen[0]))
     return total
 
 

@@ -9,7 +9,7 @@ from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.likelihoods.background import Background
 from motionenv.render.cameras import view
-from motionenv.tracking import Film, FPCAPrior, MixturePrior, ParticleFilter, VelocityPrior, reaching_tree, track_video
+from motionenv.tracking import Film, FPCAPrior, MixturePrior, ParticleFilter, VelocityPrior, track_video
 from motionenv.tracking.initialization import automatic_start
 
 NO_WHOLE_NUMBER = ["ten", None, True, 2.5, np.nan, np.inf, [3], 0]
@@ -91,8 +91,6 @@ def test_a_generator_is_taken_as_it_is():
     [
         (lambda v: automatic_start(None, [{}], n=v), "n"),
         (lambda v: automatic_start(None, [{}], candidates=v), "candidates"),
-        (lambda v: reaching_tree(clips=v), "clips"),
-        (lambda v: reaching_tree(seconds=v), "seconds"),
         (lambda v: track_video("none.mp4", attempts=v), "attempts"),
         (lambda v: track_video("none.mp4", particles=v), "n"),
         (lambda v: Film("none.mp4", seconds=v), "seconds"),

@@ -57,6 +57,22 @@ def test_an_arm_and_the_same_bytes_again(run, tmp_path):
 
 
 @pytest.mark.slow
+def test_by_default_an_arm_is_followed_and_a_level_by_its_id(run, tmp_path):
+    arm = run("track", "--env", "arm", "--frames", 3, "--particles", 60, "--out", "arm.gif")
+    level = run("track", "--env", "motionenv/WalkerTracking-Easy-v1", "--start", "given", "--frames", 3, *FAST,
+                "--out", "easy.gif")  # fmt: skip
+    assert (arm.code, level.code) == (0, 0), arm.out + level.out
+    assert "3 frames" in level.out
+
+
+def test_who_is_lost_in_an_environment_is_said(run, tmp_path):
+    result = run("track", "--env", "motionenv/WalkerTracking-Hard-v1", "--tracker", "constant-velocity", "--frames", 12,
+                 "--particles", 20, "--out", "hard.gif")  # fmt: skip
+    assert result.code == 3
+    assert "LOST in " in result.err
+    assert "of 12 frames" in result.err
+
+
 def test_a_video_with_its_camera(run, tmp_path):
     walk = synthesize("walk/fpca", 1.5, 30, seed=3, height=1.75)
     poses = walk.poses - np.eye(25)[0] * walk.poses[:, :1].mean()
@@ -111,7 +127,7 @@ def test_a_video_with_its_camera(run, tmp_path):
         (("--env", "walker", "--detect", "--out", "t.mp4"), "--detect: for --video only"),
         (("--env", "Nowhere-v0", "--out", "t.mp4"), "Nowhere-v0"),
         (("--env", "motionenv/MarkerTracking-v1", "--out", "t.mp4"), "MarkerTracking"),
-        (("--env", "arm", "--out", "t.mp4"), "arm"),
+        (("--env", "arm", "--start", "automatic", "--out", "t.mp4"), "arm's first pose can't be found"),
         (("--env", "arm", "--tracker", "tree", "--out", "t.mp4"), "--model"),
         (("--env", "walker", "--model", "nothing/there", "--out", "t.mp4"), "nothing/there"),
         (("--video", "empty.mp4", "--out", "t.mp4"), "empty.mp4"),

@@ -42,6 +42,27 @@ def test_specs_know_how_long_an_episode_is():
         assert ends == [(False, False)] * (horizon - 1) + [(False, True)]
 
 
+@pytest.mark.parametrize(("most", "steps"), [(5, 5), (200, 7)])
+def test_max_episode_steps_only_shortens_episodes_single_or_vector(most, steps):
+    asked = {"max_episode_steps": most, "horizon": 7}
+    one = gymnasium.make("motionenv/MarkerTracking-v1", **asked)
+    many = gymnasium.make_vec(
+        "motionenv/MarkerTracking-v1", num_envs=2, vectorization_mode="vector_entry_point", **asked
+    )
+    for env in (one, many):
+        env.reset(seed=0)
+        ends = [np.all(env.step(0 * env.action_space.sample())[3]) for _ in range(steps)]
+        assert ends == [False] * (steps - 1) + [True]
+
+
+def test_actions_that_rounding_puts_beyond_a_bound_are_on_it():
+    space = gymnasium.spaces.Box(-1.0, 1.0, (3,), np.float32)
+    beyond = np.nextafter(np.float32(1.0), np.float32(2.0)) * np.array([[-1, 0, 1]], np.float32)
+    np.testing.assert_array_equal(checked_actions(beyond, space), [[-1, 0, 1]])
+    with pytest.raises(MotionError, match="from -1 to 1, got 1.0001"):
+        checked_actions(np.array([[0, 0, 1.0001]]), space)
+
+
 @pytest.mark.parametrize("name", ENVIRONMENTS)
 def test_signatures_show_arguments_and_a_wrong_name_gets_the_nearest(name):
     for env in (gymnasium.make(name), gymnasium.make_vec(name, num_envs=2)):

@@ -52,7 +52,7 @@ def test_what_says_nothing_of_nobody_rules_it_out(level):
 def test_observations_are_accepted_by_name_in_the_order_in_which_they_are_given():
     assert Sound(0).accepted(["mask", "loud", "sound"]) == ["loud", "sound"]
     assert Anything(0).accepted(["mask", "sound"]) == ["mask", "sound"]
-    assert SilhouetteLikelihood(CAMERA).accepted(["rgb", "unseen", "sound", "depth"]) == ["unseen", "depth"]
+    assert SilhouetteLikelihood(CAMERA).accepted(["rgb", "camera", "sound", "depth"]) == ["camera", "depth"]
 
 
 def test_what_is_not_defined_does_nothing():

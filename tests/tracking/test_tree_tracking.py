@@ -11,7 +11,8 @@ from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.models.motion_tree import Clip, MotionTree, build_database
 from motionenv.models.registry import load
-from motionenv.tracking import FPCAPrior, MixturePrior, ParticleFilter, TreePrior, VelocityPrior, reaching_tree
+from motionenv.tracking import FPCAPrior, MixturePrior, ParticleFilter, TreePrior, VelocityPrior
+from tests.tracking.reaching import reaching_tree
 
 
 @pytest.fixture(scope="module")

@@ -18,16 +18,29 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import motionenv
+from motionenv.body.arm_reaching import RIGHT_ARM, reach
 from motionenv.envs.agents import TrackingAgent, evaluate, truth_start
 from motionenv.models.motion_tree import MotionTree
-from motionenv.tracking import TreePrior, VelocityPrior, reaching_tree
+from motionenv.models.motion_tree.database import Clip, build_database
+from motionenv.tracking import TreePrior, VelocityPrior
+
+
+def reaching_clip(number):
+    """Eight seconds of a right arm that moves between random postures."""
+    angles = reach(8 * 30, 30, np.random.default_rng([1, number]))
+    poses = np.zeros((len(angles), 25))
+    poses[:, RIGHT_ARM] = angles
+    motion = motionenv.types.Motion(poses, motionenv.body.from_height(), 30)
+    return Clip(motion, f"reach {number}", "reach", str(number))
+
 
 numbers = (30, 100, 300, 1000)
+reaching_tree = MotionTree(part="right_arm").fit_database(build_database(map(reaching_clip, range(300))))
 walks = motionenv.load("mixed/tree").database_
 swinging_tree = MotionTree(part="right_arm").fit_database(walks)
 tasks = {
     "swinging": ("walk/fpca", swinging_tree),
-    "reaching": ("reach", reaching_tree(seed=1)),
+    "reaching": ("reach", reaching_tree),
 }
 settings = {"observation": "mask", "size": 128, "horizon": 30, "split": "eval"}
 

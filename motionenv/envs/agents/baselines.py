@@ -190,7 +190,7 @@ def walking_poses(n: int) -> np.ndarray:
         poses = cycle.mean(axis=0, keepdims=True)
     else:
         rng = np.random.default_rng(0)
-        walks = model.walks(1.2, 30.0, n=n, seed=rng, height=1.75).poses
+        walks = model.walks(1.2, 30.0, n=n, seed=rng, skeleton=model.skeleton(1.75)).poses
         poses = walks[np.arange(n), rng.integers(walks.shape[1], size=n)]
     poses[:, :2] = 0.0
     poses.flags.writeable = False

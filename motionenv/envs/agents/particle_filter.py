@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from copy import copy, deepcopy
 from typing import Any, cast
 
 import numpy as np
@@ -16,6 +17,9 @@ from motionenv.envs.base import Observation
 from motionenv.errors import MotionError
 from motionenv.likelihoods.base import ImageLikelihood, Likelihood
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
+from motionenv.models.people import usual_adult
+from motionenv.models.registry import load
+from motionenv.models.walking.model import WalkingModel
 from motionenv.tracking.initialization import automatic_start
 from motionenv.tracking.particle_filter import Belief, ParticleFilter, check_filter
 from motionenv.tracking.priors.base import Prior, Start, systematic
@@ -26,7 +30,10 @@ _SEARCHED = 4000  # hypotheses of an automatic start
 _NEAR = 2.5  # [m] farthest from where they were lost that people are found again
 _AHEAD = 5.0  # [m] from the camera, where somebody is expected who isn't in the picture yet
 _ANYWHERE = np.concatenate([np.full(2, 2.0), np.zeros(3), [2.0], np.full(19, 0.1)])  # [m, rad] and his spread
-_SIZE = 0.07  # standard deviation of the log of a body's size
+_SIZE = 0.06  # standard deviation of the log of adults' statures
+# Rates of misses and false alarms of who is in plain view, and of who walks behind things that nobody knows.
+_CLEAR = {"misses": 0.1, "false_alarms": 0.02}
+_BEHIND = {"misses": 0.49, "false_alarms": 0.02}
 _LOOKS = 1, 4, 12, 36  # numbers of frames after which the automatic start is made again, from all of them
 
 
@@ -39,6 +46,12 @@ def truth_start(env: Any, slot: int) -> Start:
     return Start.at((truths[slot] if isinstance(truths, list) else truths)["pose"])
 
 
+def adults_prior(fps: float, *, sized: bool = True) -> FPCAPrior:
+    """The default prior at `fps` [Hz]: an adult of mean proportions and build, of unknown size if `sized`."""
+    model = cast(WalkingModel, load("walk/fpca"))
+    return FPCAPrior(model, skeleton=usual_adult(model.proportions_), fps=fps, size=_SIZE if sized else 0.0)
+
+
 class TrackingAgent:
     """Plays a picture environment through `reset` and `act`: one particle filter for each episode that runs.
 
@@ -48,8 +61,8 @@ class TrackingAgent:
     Args:
         env: WalkerTracking, ArmTracking or a vector of them.
         prior: of motion, or a callable (unwrapped env, slot) that gives one as an episode begins; None is an
-            `FPCAPrior` of a body of unknown size, or of the average body where only depths are seen.
-        n, resample, layers, hidden: of the `ParticleFilter`.
+            `FPCAPrior` of an adult of unknown size, or of mean size where only depths are seen.
+        n, options: of the `ParticleFilter`: resample, layers, hidden.
         likelihood: callable (camera, skeleton) that gives what scores the prior's bodies; None is an
             `SilhouetteLikelihood`.
         start: callable (unwrapped env, slot) that gives the first pose, such as `truth_start`; None searches pictures:
@@ -65,7 +78,7 @@ class TrackingAgent:
         self, env: Any, prior: Prior | Callable[[Any, int], Prior] | None = None, n: int = 1000, *,
         likelihood: Callable[[Camera, Skeleton], Likelihood] | None = None,
         start: Callable[[Any, int], Start] | None = None, seed: int | np.random.Generator | None = None,
-        threads: int | None = None, resample: float = 0.5, layers: int = 1, hidden: float = 0.02,
+        threads: int | None = None, **options: float,
     ) -> None:  # fmt: skip
         self._actions = Actions(env)
         if self._actions.points:
@@ -76,11 +89,11 @@ class TrackingAgent:
             )
         if self._actions.arm and prior is None:
             raise MotionError('walkers don\'t move as arms do: give prior, such as VelocityPrior(part="right_arm")')
-        self._options: dict[str, Any] = {"n": n, "resample": resample, "layers": layers, "hidden": hidden}
+        self._options: dict[str, Any] = {"n": n, **options}
         check_filter(**self._options)
         # Depths alone tell where a body of any size is.
-        size = 0.0 if "depth" in self._actions.names and "mask" not in self._actions.names else _SIZE
-        self._prior = FPCAPrior(fps=self._actions.env.world.fps, size=size) if prior is None else prior
+        sized = "depth" not in self._actions.names or "mask" in self._actions.names
+        self._prior = adults_prior(self._actions.env.world.fps, sized=sized) if prior is None else prior
         self._likelihood, self._start, self._threads = likelihood, start, threads
         self._rng = random_generator(seed)
         self._tracks: list[_Track | None] = [None] * self._actions.n
@@ -135,11 +148,13 @@ class TrackingAgent:
                 f"the prior has {prior.fps:g} fps and the environment {env.world.fps:g}: give both the same"
             )
         if self._likelihood is None:
-            likelihood: Likelihood = SilhouetteLikelihood(
-                known.camera, prior.skeleton, still=known.still, threads=self._threads
-            )
+            models: list[Likelihood] = [
+                SilhouetteLikelihood(known.camera, prior.skeleton, still=known.still, threads=self._threads, **rates)
+                for rates in (_CLEAR, _BEHIND)
+            ]
         else:
-            likelihood = self._likelihood(known.camera, prior.skeleton)
+            models = [self._likelihood(known.camera, prior.skeleton)]
+        likelihood = deepcopy(models[0])
         start = None if self._start is None else self._start(env, slot)
         if self._actions.arm and start is not None:
             _check_moves_an_arm(prior, start)
@@ -148,19 +163,25 @@ class TrackingAgent:
         if start is None and not isinstance(likelihood, ImageLikelihood):
             raise MotionError(f"{likelihood!r} shows no foreground in which to find the first pose: give start")
         walks = not self._actions.arm and isinstance(likelihood, ImageLikelihood)
-        return _Track(track, start, walks, rng)
+        return _Track(track, start, walks, rng, models)
 
 
 class _Track:
     """One episode: a filter, and its first pose; None searches for it, with the generator `rng`.
 
-    A walker who is lost is searched for, too.
+    A walker who is lost is searched for, too. `models` are the likelihoods of which the one that explains the first
+    frames best is kept.
     """
 
-    def __init__(self, tracker: ParticleFilter, start: Start | None, walks: bool, rng: np.random.Generator):
+    def __init__(
+        self, tracker: ParticleFilter, start: Start | None, walks: bool, rng: np.random.Generator,
+        models: list[Likelihood],
+    ):  # fmt: skip
         self.filter, self.likelihood, self.belief = tracker, tracker.likelihood, None
+        self._models = models
         self._rng, self._given = rng, start is not None
         self._waiting: list[dict[str, np.ndarray]] | None = [] if start is None else None
+        self._evidence = 0.0
         if start is not None:
             tracker.start(start)
         if walks:
@@ -173,43 +194,58 @@ class _Track:
             self.belief = self.filter.step(**observation)
             return self.belief
         self._waiting.append(observation)
-        seen, again = len(self._waiting), [observation]
-        if seen in _LOOKS and (start := self._first()) is not None:
-            again = self._waiting or again  # once more from the first, now knowing more
-            self.likelihood.forget()  # what was learned beside a body elsewhere
-            self.filter.start(start)
+        seen = len(self._waiting)
+        if self.belief is not None:
+            self._follow([observation])
+        if seen in _LOOKS:
+            self._look(list(self._waiting))
         if seen == _LOOKS[-1]:
             self._waiting = None
-        for frame in again:
-            self.belief = self.filter.step(**frame)
         assert self.belief is not None
         return self.belief
 
-    def _first(self) -> Start | None:
-        """A start from the pictures so far; None where they show less than before.
+    def _follow(self, frames: list[dict[str, np.ndarray]]) -> None:
+        for frame in frames:
+            self.belief = self.filter.step(**frame)
+            self._evidence += self.belief.log_evidence
+
+    def _look(self, frames: list[dict[str, np.ndarray]]) -> None:
+        """Follow from the first of the `frames` on, now knowing more, unless what was followed explains them better."""
+        for model in self._models:
+            if (start := self._first(model, frames)) is None:
+                continue
+            kept = self.belief, self._evidence, self.filter, self.likelihood
+            self.filter, self.likelihood, self._evidence = copy(self.filter), deepcopy(model), 0.0
+            self.filter.likelihood = self.likelihood
+            self.filter.start(start)
+            self._follow(frames)
+            if kept[0] is not None and kept[1] > self._evidence:
+                self.belief, self._evidence, self.filter, self.likelihood = kept
+
+    def _first(self, model: Likelihood, frames: list[dict[str, np.ndarray]]) -> Start | None:
+        """A start from `frames`; None where they show less than before.
 
         While nobody has come into view, he may be anywhere before the camera, and the next picture is the first one.
         """
-        assert self._waiting is not None
         try:
-            return self._searched(self._waiting)
+            return self._searched(model, frames)
         except MotionError:
-            if len(self._waiting) > 1:
+            if len(frames) > 1:
                 return None
-        self._waiting.clear()
-        camera = cast(ImageLikelihood, self.likelihood).camera
+        self._waiting, self._evidence = [], -np.inf
+        camera = cast(ImageLikelihood, model).camera
         pose = walking_poses(1)[0].copy()
         pose[:2] = camera.centre[:2] + _AHEAD * camera.R[2, :2]
         return Start.at(pose, spread=_ANYWHERE)
 
-    def _searched(self, observations: list) -> Start:
-        prior, model = self.filter.prior, cast(ImageLikelihood, self.likelihood)
-        return automatic_start(model, observations, fps=prior.fps, n=_SEARCHED, size=prior.size, seed=self._rng)
+    def _searched(self, model: Likelihood, observations: list) -> Start:
+        prior, seen = self.filter.prior, cast(ImageLikelihood, model)
+        return automatic_start(seen, observations, fps=prior.fps, n=_SEARCHED, size=prior.size, seed=self._rng)
 
     def _found(self, observation: Mapping[str, Any]) -> Start | None:
         """A new start from one picture, or None where it shows nobody, or nobody near one whose start was given."""
         try:
-            found = self._searched([observation])
+            found = self._searched(self.likelihood, [observation])
         except MotionError:
             return None
         if not self._given or self.belief is None:

@@ -22,7 +22,7 @@ from motionenv.arguments import Request
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.motion_tree.database import Clip, Database, History, Recent, build_database, recent_frames
-from motionenv.models.motion_tree.features import FPS, PARTS, local, placed, turned_towards
+from motionenv.models.motion_tree.features import FPS, PARTS, placed
 from motionenv.models.motion_tree.forecast import fit_forecast, following, steps
 from motionenv.models.motion_tree.search.basis import fit_basis, project
 from motionenv.models.motion_tree.search.kernel_index import KernelIndex
@@ -32,7 +32,7 @@ from motionenv.models.motion_tree.serialization import pack, unpack
 from motionenv.models.motion_tree.synthesis.generator import MotionGenerator, Options, start_window
 from motionenv.models.transforms import resample, scaled
 from motionenv.models.types import Components, Target, Walker
-from motionenv.types import Motion, Skeleton, frozen
+from motionenv.types import Motion, Skeleton
 
 _IN_MEMORY = 2**28  # bytes of coefficients; more of them lie in a file, whose pages the system may take back
 _CHUNK = 2**16  # windows
@@ -202,36 +202,6 @@ class MotionTree(GaitModel):
             return windows, None
         total = self.index_.log_normaliser(probes, temperature)
         return windows, self.index_.log_kernel(probes, windows, temperature) - total[:, None]
-
-    def log_density(
-        self, history: History, after: np.ndarray, *, temperature: float = 0.05, draws: int = 256,
-        seed: int | np.random.Generator | None = None, method: str = "exact",
-    ) -> np.ndarray:  # fmt: skip
-        """Log of the predictive density (...) of the next local pose, per metre and radian.
-
-        The density is a mixture of `draws` Gaussians, centred at predictions with `carry=True`, with their RMS error as
-        standard deviation. As a Monte Carlo estimate, its logarithm is biased slightly downwards.
-
-        Args:
-            history: (..., frames, 25), see `coefficients`.
-            after: (..., 25) the true next pose.
-            temperature, seed, method: see `sample`.
-            draws: windows drawn for each history.
-
-        Raises:
-            MotionError: see `sample`; also if `after` isn't finite.
-        """
-        after = frozen(after, (..., 25), "after")
-        if not np.isfinite(after).all():
-            raise MotionError("after has NaN or infinite values: a missing pose has no density")
-        drawn = self.sample(history, draws, temperature=temperature, seed=seed, method=method, carry=True)
-        chosen = np.array(PARTS[self.part])
-        last = (history.poses if isinstance(history, Motion) else np.asarray(history))[..., -1, :]
-        error = local(last, after)[..., None, :] - local(last[..., None, :], drawn.poses)
-        error = turned_towards(error, np.zeros(25))[..., chosen]
-        deviation = self.forecast_.deviation[chosen]
-        each = -0.5 * ((error / deviation) ** 2).sum(-1) - np.log(deviation * np.sqrt(2 * np.pi)).sum()
-        return np.logaddexp.reduce(each, axis=-1) - np.log(draws)
 
     def components(self) -> Components:
         """No components: the database isn't a linear model."""

@@ -176,6 +176,13 @@ def average_person(height: float) -> Person:
     return Person(height, 1.0, 1.0, 1.0, float(np.sqrt(_size(height)) * _PACE[0]), _WALK_RATIO[0] * height)
 
 
+def usual_adult(proportions: np.ndarray) -> Skeleton:
+    """The body of the mean adult whom `draw_person` draws, statures ± 6 %; `proportions` as in `Person.body`."""
+    adults = _table().adults
+    height, bmi = float(adults[:, 0].mean()), float(np.exp(adults[:, 2].mean()))
+    return average_person(height).weighing(bmi * height**2).body(proportions)
+
+
 def draw_person(
     rng: np.random.Generator, *, person: str = "adult", height: float | None = None, about: float = _MEAN_HEIGHT
 ) -> Person:

@@ -208,7 +208,7 @@ class WalkingModel(GaitModel):
     def walks(
         self, seconds: float, fps: float = 30.0, *, n: int, seed: int | np.random.Generator | None = None,
         stride: WalkerScores | None = None, speed: float | None = None, phase: float = 0.0, variation: float = 1.0,
-        height: float | None = None,
+        skeleton: Skeleton | None = None,
     ) -> Motion:  # fmt: skip
         """Walks (n, frames, 25) of many people with one body, otherwise like `synthesize`, of `seconds` [s] at `fps`.
 
@@ -218,18 +218,18 @@ class WalkingModel(GaitModel):
             speed: walking speed along x [m/s]; None takes the walkers' own.
             phase: phase at the start [cycles]; at 0 the left leg is furthest ahead.
             variation: factor on the variation between the cycles of one walker; 0 repeats one cycle exactly.
-            height: body height [m]; None takes the mean.
+            skeleton: their body; None takes the mean.
 
         Raises:
             MotionError: a number out of range.
             ModelError: not fitted.
         """
         self._check_fitted()
-        request = Request(seconds, fps, speed, height, phase, variation)
+        request = Request(seconds, fps, speed, None, phase, variation)
         self._warn_beyond([speed])
         checked_whole(n, "n", 1)
         rng = random_generator(seed)
-        body = self.skeleton(height)
+        body = self.skeleton() if skeleton is None else skeleton
         if stride is None:
             known = None if speed is None else float(np.clip(speed / body.height, *self.pace_.speeds) * self.height_)
             stride = self.sample(n, seed=rng, speed=known)

@@ -126,7 +126,7 @@ class FPCAPrior(SizedPrior):
         self._covariance = model.person_covariance_[:q, :q] + model.cycle_covariance_
         self.root = np.linalg.cholesky(self._covariance)
         self.log_pace = -float(model.person_mean_[q])
-        self.table = _tabulated(model, self.skeleton.height)
+        self.table = _tabulated(model, self.skeleton)
         self.size = checked_number(size, "size", 0, below=0.5)
         self.still = _standing(self.table[:, 0])
         self.deviation = np.concatenate([_REST, [_PACE, self.size, TURN_RATE, _EASE_WIDE]])
@@ -257,7 +257,7 @@ def _standing(walk: np.ndarray) -> np.ndarray:
     return still
 
 
-def _tabulated(model: WalkingModel, height: float) -> np.ndarray:
+def _tabulated(model: WalkingModel, skeleton: Skeleton) -> np.ndarray:
     """Mean and components at each phase (phases, 1 + q, 25): root velocity [m per cycle] and pose entries.
 
     Foot contact makes the root's motion a nonlinear function of the angles; its components are central differences.
@@ -268,7 +268,13 @@ def _tabulated(model: WalkingModel, height: float) -> np.ndarray:
     seconds = np.full(len(scores), np.exp(model.person_mean_[q]))
     fps = _PHASES / seconds[0]
     walks = model.walks(
-        2 * seconds[0], fps, n=len(scores), stride=WalkerScores(scores, seconds), variation=0.0, height=height, seed=0
+        2 * seconds[0],
+        fps,
+        n=len(scores),
+        stride=WalkerScores(scores, seconds),
+        variation=0.0,
+        skeleton=skeleton,
+        seed=0,
     ).poses
     channels = np.concatenate([np.gradient(walks[..., :2], axis=1) * _PHASES, walks[..., 2:]], axis=-1)
     cycle = np.roll(channels[:, _PHASES // 2 : _PHASES // 2 + _PHASES], _PHASES // 2, axis=1)

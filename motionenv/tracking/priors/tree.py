@@ -18,11 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motionenv._core.validation import checked_number, checked_whole
-from motionenv.body import from_height
-from motionenv.body.arm_reaching import RIGHT_ARM, reach
+from motionenv._core.validation import checked_number
 from motionenv.errors import MotionError
-from motionenv.models.motion_tree.database import Clip, build_database, leg_length
+from motionenv.models.motion_tree.database import leg_length
 from motionenv.models.motion_tree.features import FPS, WINDOW, local, turned_towards
 from motionenv.models.motion_tree.forecast import steps
 from motionenv.models.motion_tree.model import METHODS, PARTS, MotionTree
@@ -30,7 +28,7 @@ from motionenv.models.paths.bending import TURN_MEMORY, TURN_RATE
 from motionenv.models.registry import load
 from motionenv.tracking.priors import _tree_kernels as kernels
 from motionenv.tracking.priors.base import Prior, Start
-from motionenv.types import POSE, Motion, Skeleton
+from motionenv.types import POSE, Skeleton
 
 _ENOUGH = 20.0  # least effective number of windows for each candidate of a start
 _BISECTIONS = 30
@@ -178,27 +176,6 @@ class TreePrior(Prior):
         now, _ = steps(self.tree.database_, frames[:, None] + np.arange(1 - WINDOW, 1))
         history = np.concatenate([now[:, :1, :25] - now[:, :1, 25:] / FPS, now[..., :25]], axis=1)
         return history[..., self._entries].astype(np.float32)
-
-
-def reaching_tree(clips: int = 300, seconds: float = 8.0, *, seed: int = 0) -> MotionTree:
-    """Build a tree of right-arm reaching from synthetic motion (`motionenv.body.arm_reaching`), without capture.
-
-    `clips` arms move for `seconds` [s] each, between postures drawn with `seed`.
-
-    Raises:
-        MotionError: no clips, or clips shorter than half a second.
-    """
-    clips = checked_whole(clips, "clips", 1)
-    checked_number(seconds, "seconds", 0.5)
-    body = from_height()
-
-    def arm(number: int) -> Clip:
-        angles = reach(round(seconds * FPS), FPS, np.random.default_rng([seed, number]))
-        poses = np.zeros((len(angles), len(POSE)))
-        poses[:, RIGHT_ARM] = angles
-        return Clip(Motion(poses, body, FPS), f"reach {number}", "reach", str(number))
-
-    return MotionTree(part="right_arm").fit_database(build_database(arm(number) for number in range(clips)))
 
 
 def _filter(tree: MotionTree) -> tuple[np.ndarray, np.ndarray]:

@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.special import softmax
-from scipy.stats import norm
 
 from motionenv.body import mirror
 from motionenv.errors import ModelError, MotionError
@@ -90,15 +89,6 @@ def test_carrying_over_predicts_strangers_better(tree, stranger):
     assert np.median(errors[1] / errors[0]) < 0.5
 
 
-def test_log_density_is_that_of_the_drawn_gaussians(tree, stranger):
-    history, after = stranger.poses[:40], stranger.poses[40]
-    got = tree.log_density(history, after, draws=64, seed=8)
-    drawn = tree.sample(history, 64, seed=8, method="exact", carry=True).poses
-    error = local(history[-1], after) - local(history[-1], drawn)
-    each = norm.logpdf(error, scale=tree.forecast_.deviation).sum(1)
-    assert got == pytest.approx(np.log(np.exp(each - each.max()).mean()) + each.max())
-
-
 @pytest.mark.parametrize("part", ["lower", "upper", "left_arm", "right_arm"])
 def test_a_part_of_the_body_moves_alone(database, stranger, part):
     tree = MotionTree(part=part).fit_database(database)
@@ -128,8 +118,6 @@ def test_options_are_checked_whatever_the_method(tree, stranger):
         tree.draw(tree.coefficients(stranger)[None], 1, 0.1, 0, "exakt", "uniform", False)
     with pytest.raises(MotionError, match="history must be numeric"):
         tree.sample("walk")
-    with pytest.raises(MotionError, match=r"after must have shape \(..., 25\)"):
-        tree.log_density(stranger, stranger.poses[0, :24])
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])

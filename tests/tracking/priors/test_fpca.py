@@ -29,7 +29,7 @@ def prior(model):
 def mean_walk(model, prior, fps: float, seconds: float = 3.0) -> np.ndarray:
     """Poses (frames, 25) of the model's mean walker."""
     stride = WalkerScores(model.person_mean_[None, :-2], np.exp(model.person_mean_[-2:-1]))
-    return model.walks(seconds, fps, n=1, stride=stride, variation=0.0, height=prior.skeleton.height).poses[0]
+    return model.walks(seconds, fps, n=1, stride=stride, variation=0.0, skeleton=prior.skeleton).poses[0]
 
 
 @pytest.mark.slow

@@ -13,8 +13,9 @@ from motionenv.models.motion_tree.features import local
 from motionenv.models.registry import load
 from motionenv.models.transforms import scaled
 from motionenv.tracking import FPCAPrior, MixturePrior, Start, TreePrior, VelocityPrior
-from motionenv.tracking.priors.tree import TreeState, reaching_tree
+from motionenv.tracking.priors.tree import TreeState
 from motionenv.types import Motion
+from tests.tracking.reaching import reaching_tree
 
 
 @pytest.fixture(scope="module")

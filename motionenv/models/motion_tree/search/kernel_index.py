@@ -21,19 +21,17 @@ reference point. So nothing overflows, and the sum is never zero.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from motionenv._core.threads import everywhere, in_chunks
+from motionenv._core.threads import in_chunks
 from motionenv._core.validation import checked_number, checked_whole
 from motionenv.errors import MotionError
 from motionenv.models.motion_tree.search import kernel_index_kernels as kernels
 
 _FARTHEST = 1e15  # squares of greater numbers overflow in single precision
 _TOLERANCE = 0.01  # share of a sum of kernels that may be left out
-_SPLIT = 1 << 17  # least number of points for which threads pay
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +60,7 @@ class KernelIndex:
         """
         n = len(order)
         unit = kernels.FAN ** kernels.first_groups(n)[0]
-        if n <= _SPLIT:
-            kernels.arrange(rows, order, 0, n, unit)
-        else:
-            _arrange_in_threads(rows, order, n, unit)
+        kernels.arrange(rows, order, 0, n, unit)
         kernels.to_blocks(rows, n)
         blocks = rows.reshape(-1, rows.shape[1], kernels.BLOCK)
         return cls(blocks, kernels.make_boxes(blocks, n, -(-rows.shape[1] // 8) * 8), n)
@@ -134,9 +129,3 @@ class KernelIndex:
                 "leave out or fill missing values"
             )
         return probes, checked_number(beta, "beta (temperature)", above=0)
-
-
-def _arrange_in_threads(rows: np.ndarray, order: np.ndarray, n: int, unit: int) -> None:
-    middle = kernels.split(rows, order, 0, n, unit)
-    ends = 0, middle, n
-    everywhere.share(lambda i, j: [kernels.arrange(rows, order, a, b, unit) for a, b in pairwise(ends[i : j + 1])], 2)

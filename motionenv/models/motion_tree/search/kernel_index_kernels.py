@@ -372,16 +372,6 @@ def arrange(rows, order, start, stop, unit):
         start = middle
 
 
-@kernel
-def split(rows, order, start, stop, unit):
-    """Do the first split of `arrange` and return its position."""
-    while unit >= stop - start:
-        unit //= FAN
-    middle = start + ((stop - start + unit - 1) // unit + 1) // 2 * unit
-    _select(rows, order, start, stop, middle, _widest(rows, start, stop))
-    return middle
-
-
 @_simd
 def _widest(rows, start, stop):
     """The coordinate of largest mean absolute deviation, which is robust to outliers, in a sample of the points."""
