@@ -38,7 +38,7 @@ from motionenv.types import Motion
 SECONDS, LONG = 8.0, 20.0  # [s]
 BINS = ((0.5, 0.9), (0.9, 1.2), (1.2, 1.5), (1.5, 1.8))  # [m/s]
 _ANKLES = [NODES.index("left_ankle"), NODES.index("right_ankle")]
-FEET = [LIMBS.index("left_foot"), LIMBS.index("right_foot")]
+_FEET = [LIMBS.index("left_foot"), LIMBS.index("right_foot")]
 _SMOOTH = 0.03  # [s] of the speed
 
 
@@ -67,7 +67,7 @@ def strides(motion: Motion) -> Iterator[tuple[float, float, float, float]]:
 
 def rollover(motion: Motion) -> Iterator[tuple[float, ...]]:
     """Angle of the foot at contact [degrees]; when it is flat, and its heel off [% of stride]; slips and gap [cm]."""
-    ends, radii = limb_segments(motion.poses, motion.skeleton)[:, FEET], motion.skeleton.radii[FEET]
+    ends, radii = limb_segments(motion.poses, motion.skeleton)[:, _FEET], motion.skeleton.radii[_FEET]
     for stride in strides_of(motion):
         foot, radius = ends[:, int(stride.side == "right")], radii[int(stride.side == "right")]
         first, last = round(stride.start * motion.fps), round(stride.end * motion.fps)

@@ -104,7 +104,6 @@ def track(
         _refuse(of_videos, "for --video only")
         _track_env(str(env), tracker, model, particles, start, frames, out, motion, seed)
         return
-    tracker = tracker or "fpca"
     from motionenv.tracking import Film
 
     _refuse({"start": start, "frames": frames}, "for --env only; a video is tracked as a whole")
@@ -120,7 +119,7 @@ def track(
     choice |= {"attempts": 4 if attempts is None else attempts, "particles": particles, "seed": seed}
     people = _people(film, person)
     lost = [
-        _track_video(film, camera, which, _made(tracker, model), choice | {"person": number}, *files)
+        _track_video(film, camera, which, _made(tracker or "fpca", model), choice | {"person": number}, *files)
         for number, files in ((number, _named(out, motion, number, people)) for number in people)
     ]
     if any(lost):
@@ -326,7 +325,8 @@ def _environment(env: str, frames: int | None) -> Any:
         name, settings = TASKS[name].env, dict(TASKS[name].settings)
     if settings["observation"] == "mask":
         settings["observation"] = ("mask", "rgb")
-    settings |= {} if frames is None else {"horizon": frames}
+    if frames is not None:
+        settings["horizon"] = frames
     return getattr(envs, ENVIRONMENTS[name].partition(":")[2])(**settings)
 
 

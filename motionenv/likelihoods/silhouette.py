@@ -175,7 +175,7 @@ class SilhouetteLikelihood(ImageLikelihood):
 
         self._to_learn = False
         poses = checked_poses(np.atleast_2d(poses))
-        bare = bareness(self._caster, self.skeleton, poses, log_weights, self.camera)
+        bare = background_shares(self._caster, self.skeleton, poses, log_weights, self.camera)
         self._background.learn(binary_dilation(bare < _BARE, iterations=max(1, round(_BESIDE * self.scale))))
 
     def __repr__(self) -> str:
@@ -356,13 +356,15 @@ def _depths(depth, size: tuple) -> np.ndarray:
 _DRAWN = 24  # rendered hypotheses
 
 
-def bareness(caster: Raycaster, body: Skeleton, poses: ArrayLike, logs: ArrayLike | None, camera: Camera) -> np.ndarray:
+def background_shares(
+    caster: Raycaster, body: Skeleton, poses: ArrayLike, log_weights: ArrayLike | None, camera: Camera
+) -> np.ndarray:
     """Probability (height, width) that a pixel of `camera` shows no limb of `poses` (N, 25), or one (25,), of a `body`.
 
-    `logs` are the poses' log weights (N,) up to a constant, None is equal; MotionError for incompatible shapes.
+    `log_weights` (N,) are up to a constant, None is equal; MotionError for incompatible shapes.
     """
     poses = np.atleast_2d(np.asarray(poses, dtype=np.float64))
-    logs = np.zeros(len(poses)) if logs is None else np.asarray(logs, dtype=np.float64)
+    logs = np.zeros(len(poses)) if log_weights is None else np.asarray(log_weights, dtype=np.float64)
     if logs.shape != (len(poses),) or not len(poses) or not np.isfinite(logs.max()):
         raise MotionError(f"log_weights must be ({len(poses)},), at least one above -inf, got {logs.shape}")
     total = np.cumsum(np.exp(logs - logs.max()))

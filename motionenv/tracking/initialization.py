@@ -3,9 +3,9 @@
 Hypotheses are walkers of the functional model (Ormoneit et al. 2005, section 5, set the first pose by hand): a gait
 from a bank, at any phase and heading. Each supposes which part of the body the foreground of the first image shows: all
 of it, or what an occluder or the picture's edge leaves. It is placed on the ground so that the height and centre of its
-outline match that, and then walks through all images. The likelihood of the images, tempered so that a
-fixed fraction of hypotheses is effective, resamples them; noise that decreases from round to round perturbs them
-(Deutscher & Reid 2005). The remaining hypotheses are the candidates. If left and right are ambiguous, both remain.
+outline match that, and then walks through all images. The likelihood of the images, tempered so that a fixed fraction
+of hypotheses is effective, resamples them; noise that decreases from round to round perturbs them (Deutscher & Reid
+2005). The remaining hypotheses are the candidates. If left and right are ambiguous, both remain.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -11,7 +11,7 @@ from motionenv.body import from_height, limb_segments
 from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.likelihoods._silhouette_kernel import silhouette_sums
-from motionenv.likelihoods.silhouette import bareness
+from motionenv.likelihoods.silhouette import background_shares
 from motionenv.render import Raycaster
 from motionenv.render.cameras import look_at, view
 from motionenv.types import Camera
@@ -297,7 +297,7 @@ def poses():
 
 
 def bare(poses, weights=None) -> np.ndarray:
-    return bareness(Raycaster(), TALLER, poses, weights, CAMERA)
+    return background_shares(Raycaster(), TALLER, poses, weights, CAMERA)
 
 
 def pictures(poses) -> np.ndarray:

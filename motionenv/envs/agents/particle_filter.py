@@ -62,7 +62,7 @@ class TrackingAgent:
         env: WalkerTracking, ArmTracking or a vector of them.
         prior: of motion, or a callable (unwrapped env, slot) that gives one as an episode begins; None is an
             `FPCAPrior` of an adult of unknown size, or of mean size where only depths are seen.
-        n, options: of the `ParticleFilter`: resample, layers, hidden.
+        n, resample, layers, hidden: of the `ParticleFilter`.
         likelihood: callable (camera, skeleton) that gives what scores the prior's bodies; None is an
             `SilhouetteLikelihood`.
         start: callable (unwrapped env, slot) that gives the first pose, such as `truth_start`; None searches pictures:
@@ -78,7 +78,7 @@ class TrackingAgent:
         self, env: Any, prior: Prior | Callable[[Any, int], Prior] | None = None, n: int = 1000, *,
         likelihood: Callable[[Camera, Skeleton], Likelihood] | None = None,
         start: Callable[[Any, int], Start] | None = None, seed: int | np.random.Generator | None = None,
-        threads: int | None = None, **options: float,
+        threads: int | None = None, resample: float = 0.5, layers: int = 1, hidden: float = 0.02,
     ) -> None:  # fmt: skip
         self._actions = Actions(env)
         if self._actions.points:
@@ -89,7 +89,7 @@ class TrackingAgent:
             )
         if self._actions.arm and prior is None:
             raise MotionError('walkers don\'t move as arms do: give prior, such as VelocityPrior(part="right_arm")')
-        self._options: dict[str, Any] = {"n": n, **options}
+        self._options: dict[str, Any] = {"n": n, "resample": resample, "layers": layers, "hidden": hidden}
         check_filter(**self._options)
         # Depths alone tell where a body of any size is.
         sized = "depth" not in self._actions.names or "mask" in self._actions.names

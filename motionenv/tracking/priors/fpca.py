@@ -267,14 +267,9 @@ def _tabulated(model: WalkingModel, skeleton: Skeleton) -> np.ndarray:
     scores = mean + np.concatenate([np.zeros((1, q)), np.diag(deviation), -np.diag(deviation)])
     seconds = np.full(len(scores), np.exp(model.person_mean_[q]))
     fps = _PHASES / seconds[0]
+    stride = WalkerScores(scores, seconds)
     walks = model.walks(
-        2 * seconds[0],
-        fps,
-        n=len(scores),
-        stride=WalkerScores(scores, seconds),
-        variation=0.0,
-        skeleton=skeleton,
-        seed=0,
+        2 * seconds[0], fps, n=len(scores), stride=stride, variation=0.0, skeleton=skeleton, seed=0
     ).poses
     channels = np.concatenate([np.gradient(walks[..., :2], axis=1) * _PHASES, walks[..., 2:]], axis=-1)
     cycle = np.roll(channels[:, _PHASES // 2 : _PHASES // 2 + _PHASES], _PHASES // 2, axis=1)

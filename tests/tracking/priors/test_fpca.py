@@ -1,9 +1,12 @@
 """Walkers in the state space of paper A: moments in closed form, and the model's own synthesis."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from motionenv.body import markers
+from motionenv.body import NODES, feet, markers
+from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.errors import MotionError
 from motionenv.models.paths.bending import TURN_MEMORY, TURN_RATE
 from motionenv.models.registry import load
@@ -51,6 +54,18 @@ def test_the_mean_of_the_particles_follows_the_models_own_synthesis(model, fps):
     truth = markers(walk[frames], prior.skeleton)
     assert np.linalg.norm(mean - truth, axis=1).mean() < 0.03
     assert truth[2, 0] > 0.7
+
+
+@pytest.mark.parametrize("legs", [0.94, 1.06])
+def test_long_and_short_legs_stand_on_the_ground(model, legs):
+    body = model.skeleton()
+    offsets = body.offsets.copy()
+    offsets[[i for i, name in enumerate(NODES) if name.endswith(("knee", "ankle"))]] *= legs
+    prior = FPCAPrior(model, skeleton=replace(body, offsets=offsets))
+    ankles, _ = feet(prior.table[:, 0], prior.skeleton)
+    lowest = ankles[..., 2].min(axis=1) - ANKLE_HEIGHT * body.height
+    assert abs(lowest.min()) < 0.01  # until the heel rises; 6 % of the legs are 5 cm
+    assert np.median(lowest) < 0.02
 
 
 def test_the_spread_settles_to_that_of_the_model_whatever_the_frame_rate(model):
