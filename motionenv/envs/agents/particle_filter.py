@@ -31,9 +31,11 @@ _NEAR = 2.5  # [m] farthest from where they were lost that people are found agai
 _AHEAD = 5.0  # [m] from the camera, where somebody is expected who isn't in the picture yet
 _ANYWHERE = np.concatenate([np.full(2, 2.0), np.zeros(3), [2.0], np.full(19, 0.1)])  # [m, rad] and his spread
 _SIZE = 0.06  # standard deviation of the log of adults' statures
-# Rates of misses and false alarms of who is in plain view, and of who walks behind things that nobody knows.
+# Rates of misses and false alarms by which a start is chosen: of who is in plain view, and of who walks behind things
+# that nobody knows; and those by which who is in plain view is followed on, with less certainty.
 _CLEAR = {"misses": 0.1, "false_alarms": 0.02}
 _BEHIND = {"misses": 0.49, "false_alarms": 0.02}
+_FOLLOWED = 0.2, 0.1
 _LOOKS = 1, 4, 12, 36  # numbers of frames after which the automatic start is made again, from all of them
 
 
@@ -150,7 +152,7 @@ class TrackingAgent:
         if self._likelihood is None:
             models: list[Likelihood] = [
                 SilhouetteLikelihood(known.camera, prior.skeleton, still=known.still, threads=self._threads, **rates)
-                for rates in (_CLEAR, _BEHIND)
+                for rates in ((_CLEAR, _BEHIND) if self._start is None else ({},))
             ]
         else:
             models = [self._likelihood(known.camera, prior.skeleton)]
@@ -173,10 +175,7 @@ class _Track:
     frames best is kept.
     """
 
-    def __init__(
-        self, tracker: ParticleFilter, start: Start | None, walks: bool, rng: np.random.Generator,
-        models: list[Likelihood],
-    ):  # fmt: skip
+    def __init__(self, tracker: ParticleFilter, start: Start | None, walks: bool, rng, models: list[Likelihood]):
         self.filter, self.likelihood, self.belief = tracker, tracker.likelihood, None
         self._models = models
         self._rng, self._given = rng, start is not None
@@ -201,6 +200,9 @@ class _Track:
             self._look(list(self._waiting))
         if seen == _LOOKS[-1]:
             self._waiting = None
+            chosen = self.likelihood
+            if len(self._models) > 1 and isinstance(chosen, SilhouetteLikelihood) and chosen.misses == _CLEAR["misses"]:
+                chosen.misses, chosen.false_alarms = _FOLLOWED
         assert self.belief is not None
         return self.belief
 
