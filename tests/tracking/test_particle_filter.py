@@ -116,6 +116,46 @@ def test_bootstrap_agrees_with_kalman(resample):
     assert all(np.isclose(np.exp(b.log_weights).sum(), 1) and 1 <= b.effective <= 20_000 for b in beliefs)
 
 
+def test_annealing_does_not_change_what_is_said_of_the_evidence():
+    """Layers move particles to peaks, where their weights say nothing about how well the image was predicted."""
+    ys = measurements(25, 0)
+    exact = kalman(ys)[2]
+    beliefs = followed(ys, n=20_000, layers=3, hidden=0.0)
+    assert abs(np.mean([belief.log_evidence for belief in beliefs] - exact)) < 0.05
+
+
+def test_ancestors_are_those_whose_children_are_left():
+    """Tracer: a state whose poses keep the number that each particle was born with a third of a second ago."""
+    ys = measurements(12, 1)
+    tracker = ParticleFilter(LinearPrior(), GaussianLikelihood(), 200, seed=3, hidden=0.0)
+    tracker.start(START)
+    names, resample, history = np.arange(200), tracker._resample, []
+
+    def traced():
+        nonlocal history
+        which = resample()
+        history = [born[which] for born in history]
+        return which
+
+    tracker._resample = traced
+    recent = round(0.3 * LinearPrior.fps)
+    for t, y in enumerate(ys):
+        belief = tracker.step(y=y)
+        history.append(names)
+        weights = np.zeros(200)
+        np.add.at(weights, history[max(0, t - recent)], np.exp(belief.log_weights))
+        assert belief.ancestors == pytest.approx(1 / (weights**2).sum())
+    assert 1 <= belief.ancestors < belief.effective
+
+
+def test_a_belief_with_few_ancestors_or_lost_is_not_reliable():
+    point = Point(np.zeros((2, 25)))
+    said = [
+        Belief(point, np.log([0.5, 0.5]), 2.0, k, 0.0, lost).reliable for k, lost in ((9, False), (2, False), (9, True))
+    ]
+    assert said == [True, False, False]
+
+
 def test_evidence_of_all_frames_is_unbiased():
     ys = measurements(6, 4)
     exact = kalman(ys)[2].sum()
@@ -268,7 +308,7 @@ def test_a_start_that_nobody_knows_is_asked_for_again_and_again():
 def test_angles_are_averaged_on_the_circle():
     poses = np.zeros((2, 25))
     poses[:, 5] = np.radians([179.0, -179.0])
-    belief = Belief(Point(poses), np.log([0.5, 0.5]), 2.0, 0.0, False)
+    belief = Belief(Point(poses), np.log([0.5, 0.5]), 2.0, 2.0, 0.0, False)
     assert np.cos(belief.mean[5]) == pytest.approx(-1.0)
     assert abs(belief.mean[5] - poses[np.argmax(belief.log_weights), 5]) < 0.1
 

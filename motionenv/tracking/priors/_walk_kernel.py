@@ -5,12 +5,15 @@ import math
 import numpy as np
 
 from motionenv._core.compilation import kernel
-from motionenv._core.random import gaussian, restart
+from motionenv._core.random import gaussian, restart, uniform
 from motionenv.models.paths.bending import AHEAD, GRAVITY, HEAD_MOST
 
 #: Columns of a gait array: phase [cycles], log pace [cycles/s], heading [rad], x, y [m], forward, left flow [m/cycle],
-#: log body size, turning rate [rad/s], and speed relative to the pace's: from 1 it is the full one, up to 0 none.
-PHASE, PACE, HEADING, X, Y, FORWARD, LEFT, SIZE, TURN, EASE = range(10)
+#: log body size, turning rate [rad/s], speed relative to the pace's (from 1 it is the full one, up to 0 none), and
+#: whether the person is turning and changing speed, 1 or 0.
+PHASE, PACE, HEADING, X, Y, FORWARD, LEFT, SIZE, TURN, EASE, TURNING, CHANGING = range(12)
+#: The discrete ones.
+STATES = [TURNING, CHANGING]
 _OBLIQUITY, _NECK = 4, 8
 
 
@@ -21,13 +24,14 @@ def add_noise(gait, scores, rest, key, noise, means, root, deviation, gait_out, 
     Walker i uses random stream i of `key`.
 
     Args:
-        gait: (n, 10).
+        gait: (n, 12).
         scores: (n, q), minus their mean.
         rest: (n, 25).
         key: integer from 0 to 2⁶⁴ - 1.
-        noise: (17,) time step [s]; autoregressive coefficients of pace, scores and rest; their innovation deviations,
+        noise: (21,) time step [s]; autoregressive coefficients of pace, scores and rest; their innovation deviations,
             relative to the stationary ones; deviations of phase, heading, forward and left position; coefficients of
-            log size, turning rate and relative speed; their relative innovation deviations.
+            log size, turning rate and relative speed; their relative innovation deviations; probabilities of beginning
+            and ending a turn, and a change of speed.
         means: (2,) of the log pace and the relative speed.
         root: (q, q) Cholesky factor of the scores' covariance.
         deviation: (29,) stationary, of rest, of the log pace, of the log size, of turning rate and relative speed.
@@ -41,9 +45,8 @@ def add_noise(gait, scores, rest, key, noise, means, root, deviation, gait_out, 
         restart(state, key, i)
         way, out = gait[i], gait_out[i]
         out[PACE] = means[0] + keep_pace * (way[PACE] - means[0]) + noise[4] * deviation[25] * gaussian(state)
-        out[EASE] = means[1] + noise[13] * (way[EASE] - means[1]) + noise[16] * deviation[28] * gaussian(state)
+        _change(state, way, noise, means[1], deviation, out)
         out[PHASE] = way[PHASE] + math.exp(out[PACE]) * _slower(out[EASE]) * seconds + noise[7] * gaussian(state)
-        out[TURN] = noise[12] * way[TURN] + noise[15] * deviation[27] * gaussian(state)
         out[HEADING] = way[HEADING] + out[TURN] * seconds + noise[8] * gaussian(state)
         c, s = math.cos(out[HEADING]), math.sin(out[HEADING])
         ahead, left = noise[9] * gaussian(state), noise[10] * gaussian(state)
@@ -67,14 +70,32 @@ def add_noise(gait, scores, rest, key, noise, means, root, deviation, gait_out, 
 
 
 @kernel
+def _change(state, way, noise, mean, deviation, out) -> None:
+    """Write the discrete states after a step to `out`, and the relative speed and turning rate that depend on them."""
+    out[CHANGING] = _switched(state, way[CHANGING], noise[19], noise[20])
+    out[EASE], out[TURN] = way[EASE], 0.0
+    if out[CHANGING]:
+        out[EASE] = mean + noise[13] * (way[EASE] - mean) + noise[16] * deviation[28] * gaussian(state)
+    out[TURNING] = _switched(state, way[TURNING], noise[17], noise[18])
+    if out[TURNING]:
+        out[TURN] = noise[12] * way[TURN] + noise[15] * deviation[27] * gaussian(state)
+
+
+@kernel
+def _switched(state, on, begins, ends) -> float:
+    """The next state, 1 or 0, of what begins and ends with these probabilities."""
+    return 1.0 - on if uniform(state) < (ends if on else begins) else on
+
+
+@kernel
 def advance(table, still, gait, before, scores, rest, moves, poses) -> None:
     """Write poses (n, 25), and move the walkers by the flow (trapezoidal rule) from the gaits `before`.
 
     Args:
         table: (phases, 1 + q, 25), mean first.
         still: (25,) of who stands.
-        gait: (n, 10), updated in place.
-        before: (n, 10) gaits one frame earlier.
+        gait: (n, 12), updated in place.
+        before: (n, 12) gaits one frame earlier.
         scores: (n, q), minus their mean.
         rest: (n, 25) to add.
         moves: whether the flow moves the walkers.

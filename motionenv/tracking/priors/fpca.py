@@ -10,9 +10,11 @@ processes, so that their distribution stays stationary during long occlusions; c
 components with large singular values change most. Joint limits are not enforced. The components also drive the root:
 its velocity per cycle and its height are tabulated from the model's foot contact.
 
-People turn, slow down and stop. The turning rate ω is an Ornstein-Uhlenbeck process; who turns goes where he heads,
-leans inwards and looks ahead as in `motionenv.models.paths.bend`. So is the relative speed u: below 1, steps become
-shorter and slower alike, and movements smaller; at 0 or less the person stands.
+People turn, slow down and stop, but most of the time they go straight ahead at an even speed. So two discrete states
+tell whether a person is turning, and whether changing speed; both begin and end at constant rates. While turning, the
+rate ω is an Ornstein-Uhlenbeck process, otherwise it is 0; who turns goes where he heads, leans inwards and looks ahead
+as in `motionenv.models.paths.bend`. While the speed changes, u is such a process, too, otherwise it stays: below 1,
+steps become shorter and slower alike, and movements smaller; at 0 or less the person stands.
 
 An unknown body size is part of φ: it scales the root's height and velocity. Feet stand on the ground, so a camera that
 knows where the ground is sees the distance by the feet and the size by the height; a body of a wrong, fixed size would
@@ -31,7 +33,7 @@ from motionenv.models.registry import load
 from motionenv.models.walking.model import WalkerScores, WalkingModel
 from motionenv.models.walking.tables import lacking_angles
 from motionenv.tracking.priors import _walk_kernel as kernels
-from motionenv.tracking.priors._walk_kernel import EASE, FORWARD, HEADING, LEFT, PACE, PHASE, SIZE, TURN, X, Y
+from motionenv.tracking.priors._walk_kernel import EASE, FORWARD, HEADING, LEFT, PACE, PHASE, SIZE, STATES, TURN, X, Y
 from motionenv.tracking.priors.base import SizedPrior, Start
 from motionenv.types import POSE, Skeleton
 
@@ -40,18 +42,22 @@ _PHASES = 256  # phases per cycle at which the model is tabulated
 _MEMORY, _PACE_MEMORY, _REST_MEMORY, _SIZE_MEMORY = 1.5, 2.0, 0.5, 20.0
 _PACE = 0.12  # standard deviation of log ρ; the model's people differ by 0.09
 _JITTER = 0.003  # [cycles] per frame at 30 frames/s
-_WANDER = np.array([0.006, 0.004])  # [m] forward and to the side, per frame at 30 frames/s
+_WANDER = np.array([0.015, 0.010])  # [m] forward and to the side, per frame at 30 frames/s
 _TURNING = 0.02  # [rad] per frame at 30 frames/s, beside the turning rate's
 # Mean, standard deviation and correlation time [s] of relative speed: 1 % stand, many stop within half a second. No
 # others were tried, on 16 films of each course of benchmarks.tracking.turning's split "train".
 _EASE, _EASE_WIDE, _EASE_MEMORY = 1.6, 0.7, 1.0
-_SHAPED = np.array([2, 3, 4, *range(6, 25)])  # pose entries that components and δ determine
+# Rates [1/s] at which turns begin and end, and changes of speed.
+_TURNS, _CHANGES = (0.2, 0.4), (0.1, 0.5)
+#: Pose entries that components and δ determine.
+SHAPED = np.array([2, 3, 4, *range(6, 25)])
 # Standard deviations of δ [m, rad]: about the residuals of held-out people with eight components.
 _REST = np.array([0.0, 0.0, 0.02, 0.04, 0.04, 0.0, *[0.10] * 19])
 _FLOW = 1.5  # [rad/s] standard deviation of a given start's joint velocities from the model's
+_LEGS = 0.02  # standard deviation of the log of people's pelvis height relative to their stature
 _SPEED = 0.1  # [m/s] standard deviation of a given start's speed from the walker's
 _SLOWEST = 0.1  # [m/s] least speed that is informative about the pace
-_SHAPED_ANGLES = _SHAPED[1:]
+_SHAPED_ANGLES = SHAPED[1:]
 _KEPT, _FRESH = [1, 2, 3, 11, 12, 13], [4, 5, 6, 14, 15, 16]  # coefficients and innovations in a kernel's noise
 _KNEES = [POSE.index("left_knee_flexion"), POSE.index("right_knee_flexion")]
 
@@ -64,9 +70,9 @@ class WalkState:
         poses: (N, 25) [m, rad].
         scores: (N, q), minus the model's mean.
         rest: (N, 25) δ; 0 for position and heading.
-        gait: (N, 10), columns as in `motionenv.tracking.priors._walk_kernel`: phase ψ [cycles], log ρ [cycles/s],
+        gait: (N, 12), columns as in `motionenv.tracking.priors._walk_kernel`: phase ψ [cycles], log ρ [cycles/s],
             heading [rad], position x, y [m], root velocity forward and left [m per cycle], log body size, turning rate
-            [rad/s] and relative speed.
+            [rad/s], relative speed, and whether turning and changing speed.
     """
 
     poses: np.ndarray
@@ -134,7 +140,8 @@ class FPCAPrior(SizedPrior):
         keep = np.exp(-1 / (self.fps * memories))
         wander = np.sqrt(30 / self.fps) * np.array([_JITTER, _TURNING, *_WANDER])
         fresh, sign = np.sqrt(1 - keep**2), -1 if backwards else 1
-        self._step = np.concatenate([[sign / self.fps], keep[:3], fresh[:3], wander, keep[3:], fresh[3:]])
+        switch = 1 - np.exp(-np.array([*_TURNS, *_CHANGES]) / self.fps)
+        self._step = np.concatenate([[sign / self.fps], keep[:3], fresh[:3], wander, keep[3:], fresh[3:], switch])
 
     def __repr__(self) -> str:
         size = f", size {self.size:g}" if self.size else ""
@@ -151,20 +158,23 @@ class FPCAPrior(SizedPrior):
         which = (weights.cumsum(axis=1)[row] < rng.random((n, 1))).sum(axis=1)
         which = np.minimum(which, _PHASES - 1)
         scores = means[row, which] + np.einsum("nij,nj->ni", roots[which], rng.standard_normal((n, len(self.root))))
-        gait = np.zeros((n, 10))
-        gait[:, SIZE], gait[:, EASE] = np.log(sizes[row]), 1.0
+        gait = np.zeros((n, 12))
+        gait[:, SIZE], gait[:, EASE] = np.log(sizes[row]), 1.0  # who is searched for walks
+        if self.size and start.heights is None:
+            gait[:, SIZE] += _LEGS * rng.standard_normal(n)
         gait[:, PHASE] = (which + rng.random(n)) / _PHASES
-        state = self._with_poses(gait, scores, np.zeros((n, 25)))
+        state = self.posed(gait, scores, np.zeros((n, 25)))
         gait[:, PACE] = self._paces(state, start, row, rng)
-        gait[:, TURN] = TURN_RATE * rng.standard_normal(n)
-        gait[:, EASE] = np.maximum(_EASE + _EASE_WIDE * rng.standard_normal(n), 1.0)  # who is searched for walks
-        return self.moved(self._with_poses(gait, scores, np.zeros((n, 25))), poses)
+        begins, ends = np.array([_TURNS, _CHANGES]).T
+        gait[:, STATES] = rng.random((n, 2)) < begins / (begins + ends)
+        gait[:, TURN] = gait[:, STATES[0]] * TURN_RATE * rng.standard_normal(n)
+        return self.moved(self.posed(gait, scores, np.zeros((n, 25))), poses)
 
     def propagate(self, state: WalkState, rng: np.random.Generator) -> WalkState:
         return self._advanced(state, self._step, rng)
 
     def diffuse(self, state: WalkState, share: float, rng: np.random.Generator) -> WalkState:
-        noise = np.concatenate([[0.0], np.zeros(3), share * self._step[4:]])
+        noise = np.concatenate([[0.0], np.zeros(3), share * self._step[4:17], np.zeros(4)])
         noise[_KEPT] = np.sqrt(1 - noise[_FRESH] ** 2)  # keeps the autoregressive processes stationary
         return self._advanced(state, noise, rng)
 
@@ -177,7 +187,7 @@ class FPCAPrior(SizedPrior):
         poses = np.array(poses, dtype=np.float64)
         poses[:, _SHAPED_ANGLES] = turned_towards(poses, said)[:, _SHAPED_ANGLES]
         rest = np.zeros_like(poses)
-        rest[:, _SHAPED] = (poses - said)[:, _SHAPED]
+        rest[:, SHAPED] = (poses - said)[:, SHAPED]
         gait = state.gait.copy()
         gait[:, HEADING] += poses[:, 5] - state.poses[:, 5]
         gait[:, [X, Y]] = poses[:, :2]
@@ -201,7 +211,29 @@ class FPCAPrior(SizedPrior):
         kernels.advance(self.table, self.still, gait, given[0], scores, rest, noise[0] != 0, poses)
         return WalkState(poses, scores, rest, gait)
 
-    def _with_poses(self, gait: np.ndarray, scores: np.ndarray, rest: np.ndarray) -> WalkState:
+    def expected(self, state: WalkState) -> WalkState:
+        """The walkers of `state` one frame later, without noise."""
+        still = self._step.copy()
+        still[4:11], still[14:] = 0.0, 0.0
+        return self._advanced(state, still, np.random.default_rng(0))
+
+    def noise(self, heading: float, depths: float) -> np.ndarray:
+        """Covariance (30 + q, 30 + q) of a step's noise in the variables of `motionenv.tracking.smoothing`.
+
+        Positions are those of a walker with a `heading` [rad]; `depths` [log] is added to the noise of sizes.
+        """
+        step, wide, q = self._step, self.deviation, len(self.root)
+        c, s = np.cos(heading), np.sin(heading)
+        turn = np.array([[c, -s], [s, c]])
+        size, others = np.hypot(step[14] * wide[26], depths), step[15:17] * wide[27:29]
+        scales = [*step[7:9], step[4] * wide[25], 0, 0, size, *others, *np.zeros(q), *step[6] * _REST[SHAPED]]
+        out = np.diag(np.square(scales))
+        out[3:5, 3:5] = turn @ np.diag(step[9:11] ** 2) @ turn.T
+        out[8 : 8 + q, 8 : 8 + q] = step[5] ** 2 * self._covariance
+        return out
+
+    def posed(self, gait: np.ndarray, scores: np.ndarray, rest: np.ndarray) -> WalkState:
+        """Walkers with `gait` (n, 12), whose flow is written, `scores` (n, q) and `rest` (n, 25)."""
         poses = np.empty((len(gait), 25))
         kernels.advance(self.table, self.still, gait, gait, scores, rest, False, poses)
         return WalkState(poses, scores, rest, gait)
@@ -228,12 +260,12 @@ class FPCAPrior(SizedPrior):
         """Log posterior of each phase for each of start's poses (m, phases), scores (m, phases, q), their roots."""
         poses = start.poses.copy()
         poses[:, 2] /= sizes
-        precision = 1 / (_REST[_SHAPED] ** 2 + start.spread[_SHAPED] ** 2)
-        loadings = np.swapaxes(self.table[:, 1:, _SHAPED], 1, 2)  # (phases, 22, q)
+        precision = 1 / (_REST[SHAPED] ** 2 + start.spread[SHAPED] ** 2)
+        loadings = np.swapaxes(self.table[:, 1:, SHAPED], 1, 2)  # (phases, 22, q)
         normal = np.swapaxes(loadings, 1, 2) @ (precision[:, None] * loadings) + np.linalg.inv(self._covariance)
         inverse = np.linalg.inv(normal)
         means = self.table[:, 0]
-        off = turned_towards(poses[:, None] - means, np.zeros(25))[..., _SHAPED]
+        off = turned_towards(poses[:, None] - means, np.zeros(25))[..., SHAPED]
         scores = np.einsum("pij,pkj,mpk->mpi", inverse, precision[None, :, None] * loadings, off, optimize=True)
         cost = (off**2 * precision).sum(-1) - np.einsum("mpi,pij,mpj->mp", scores, normal, scores, optimize=True)
         cost += np.linalg.slogdet(normal)[1] + self._against_flow(start)
@@ -242,10 +274,10 @@ class FPCAPrior(SizedPrior):
 
     def _against_flow(self, start: Start) -> np.ndarray:
         """Squared misfit (m, phases) of start's velocities against the mean walker's; 0 if unknown."""
-        mean = self.table[:, 0, _SHAPED]
+        mean = self.table[:, 0, SHAPED]
         model = 0.5 * (np.roll(mean, -1, axis=0) - np.roll(mean, 1, axis=0)) * _PHASES * np.exp(self.log_pace)
         moved = turned_towards(start.poses - start.previous, np.zeros(25))
-        seen = moved[:, None, _SHAPED] * self.fps
+        seen = moved[:, None, SHAPED] * self.fps
         return np.nan_to_num((seen - model) ** 2 / _FLOW**2).sum(-1)
 
 

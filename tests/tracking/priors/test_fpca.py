@@ -1,5 +1,6 @@
 """Walkers in the state space of paper A: moments in closed form, and the model's own synthesis."""
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +14,8 @@ from motionenv.models.registry import load
 from motionenv.models.walking.model import WalkerScores
 from motionenv.render.cameras import view
 from motionenv.tracking import FPCAPrior, Start
-from motionenv.tracking.priors._walk_kernel import EASE, HEADING, PACE, PHASE, TURN, X, Y
-from motionenv.tracking.priors.fpca import _PACE, _REST
+from motionenv.tracking.priors._walk_kernel import CHANGING, EASE, HEADING, PACE, PHASE, TURN, TURNING, X, Y
+from motionenv.tracking.priors.fpca import _CHANGES, _LEGS, _PACE, _REST, _TURNS
 
 SHAPED = _REST > 0
 
@@ -89,6 +90,9 @@ def test_the_spread_settles_to_that_of_the_model_whatever_the_frame_rate(model):
 def test_a_step_has_the_noise_that_the_settings_state(prior, model):
     """Moments of many steps from one state: autoregressive pace, scores and deviations, a random walk's heading."""
     before = prior.initial(Start.at(mean_walk(model, prior, 30)[4]), 1, np.random.default_rng(2))
+    before.gait[:, [TURNING, CHANGING]], before.gait[:, TURN] = 1.0, 0.3
+    prior = copy(prior)
+    prior._step = np.concatenate([prior._step[:17], np.zeros(4)])  # nobody stops turning or changing speed
     after = prior.propagate(before.take(np.zeros(20_000, dtype=int)), np.random.default_rng(3))
     a, b, dt = before.gait[0], after.gait, 1 / 30
     keep = np.exp(-dt / np.array([2.0, 1.5, 0.5]))
@@ -109,14 +113,31 @@ def test_a_step_has_the_noise_that_the_settings_state(prior, model):
     np.testing.assert_allclose(after.rest.std(0)[SHAPED], (wide[2] * _REST)[SHAPED], rtol=0.04)
 
 
+def test_turns_and_changes_of_speed_begin_and_end_at_their_rates_and_nothing_turns_outside_of_them(prior, model):
+    """Shares a second after "none", by the closed form of a chain of two states; who doesn't turn goes straight."""
+    state = prior.initial(Start.at(mean_walk(model, prior, 30)[4]), 20_000, np.random.default_rng(2))
+    for column, (begins, ends) in ((TURNING, _TURNS), (CHANGING, _CHANGES)):
+        assert state.gait[:, column].mean() == pytest.approx(begins / (begins + ends), abs=0.015)
+    state.gait[:, [TURNING, CHANGING, TURN]], rng = 0.0, np.random.default_rng(3)
+    for _ in range(30):
+        before, state = state, prior.propagate(state, rng)
+    for column, (begins, ends) in ((TURNING, _TURNS), (CHANGING, _CHANGES)):
+        wanted = begins / (begins + ends) * (1 - np.exp(-(begins + ends)))
+        assert state.gait[:, column].mean() == pytest.approx(wanted, abs=4 * np.sqrt(wanted / 20_000) + 0.003)
+    straight, even = state.gait[:, TURNING] == 0, state.gait[:, CHANGING] == 0
+    assert (state.gait[straight, TURN] == 0).all()
+    assert (state.gait[~straight, TURN] != 0).all()
+    assert (state.gait[even, EASE] == before.gait[even, EASE]).all()
+
+
 def quiet(model, turn: float, ease: float):
     """A prior without noise that moves anything, and the state of its mean walker with a turning rate and a speed."""
     prior = FPCAPrior(model, fps=100.0)
     state = prior.initial(Start.at(mean_walk(model, prior, 30)[4], spread=0.0), 1, np.random.default_rng(7))
     state.scores[:], state.rest[:] = 0.0, 0.0
-    state.gait[:, [X, Y, HEADING, TURN, EASE]] = 0.0, 0.0, 0.0, turn, ease
-    prior._step[[1, 2, 3, 12, 13]], prior._step[[4, 5, 6, 7, 8, 9, 10, 15, 16]] = 1.0, 0.0
-    return prior, prior._with_poses(state.gait, state.scores, state.rest)
+    state.gait[:, [X, Y, HEADING, TURN, EASE, TURNING, CHANGING]] = 0.0, 0.0, 0.0, turn, ease, 1.0, 1.0
+    prior._step[[1, 2, 3, 12, 13]], prior._step[[*range(4, 11), *range(15, 21)]] = 1.0, 0.0
+    return prior, prior.posed(state.gait, state.scores, state.rest)
 
 
 def test_who_turns_at_an_even_rate_goes_round_a_circle_and_leans_in_as_bent_walks_do(model):
@@ -198,7 +219,7 @@ def test_moved_puts_walkers_where_told_and_they_go_on_from_there(prior, model):
     moved = prior.moved(state, poses)
     np.testing.assert_allclose(moved.poses, poses, atol=1e-12)
     np.testing.assert_array_equal(moved.scores, state.scores)
-    again = prior._with_poses(moved.gait.copy(), moved.scores, moved.rest)
+    again = prior.posed(moved.gait.copy(), moved.scores, moved.rest)
     np.testing.assert_allclose(again.poses, poses, atol=1e-9)
     same = prior.moved(state, state.poses)
     np.testing.assert_allclose(same.rest, state.rest, atol=1e-12)
@@ -241,7 +262,9 @@ def test_a_body_of_unknown_size_strides_and_stands_in_proportion(model):
     for scale in (1.0, 0.85):
         at = Start.at(start * np.r_[1, 1, scale, np.ones(22)], spread=0.0)
         state = prior.initial(at, 3000, rng)
-        np.testing.assert_allclose(state.sizes, at.poses[0, 2] / prior.table[:, 0, 2].mean())
+        logs = np.log(state.sizes)  # legs differ in people of a stature
+        assert logs.mean() == pytest.approx(np.log(at.poses[0, 2] / prior.table[:, 0, 2].mean()), abs=0.002)
+        assert logs.std() == pytest.approx(_LEGS, rel=0.05)
         state.gait[:, PACE] = prior.log_pace
         state.scores[:], state.rest[:] = 0.0, 0.0
         first = state.poses[:, :2].mean(axis=0)
