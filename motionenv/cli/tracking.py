@@ -52,6 +52,9 @@ def track(
         typer.Option(help="First pose in an environment: automatic (default), or given by the truth (arms)."),
     ] = None,
     frames: Annotated[int | None, typer.Option(min=1, help="Frames of an environment; by default its own.")] = None,
+    smooth: Annotated[
+        bool, typer.Option("--smooth", help="Show and write what all frames together tell about each: fpca only.")
+    ] = False,
     seconds: Annotated[float | None, typer.Option(help="Longest duration of a video [s]; by default 60.")] = None,
     person: Annotated[
         str | None,
@@ -94,6 +97,8 @@ def track(
         raise MotionError("give either --env, such as walker, or --video: exactly one of them")
     if tracker not in (None, *_TRACKERS):
         raise MotionError(f"--tracker must be one of {', '.join(_TRACKERS)}, got {tracker!r}")
+    if smooth and tracker not in (None, "fpca"):
+        raise MotionError(f"--smooth needs --tracker fpca, got {tracker}")
     _check_outputs(out, motion)
     if video is None:
         of_videos = {
@@ -102,7 +107,7 @@ def track(
             "detections": detections, "detect": detect or None, "weights": weights,
         }  # fmt: skip
         _refuse(of_videos, "for --video only")
-        _track_env(str(env), tracker, model, particles, start, frames, out, motion, seed)
+        _track_env(str(env), tracker, model, particles, start, frames, smooth, out, motion, seed)
         return
     from motionenv.tracking import Film
 
@@ -117,6 +122,7 @@ def track(
     film = Film(video, fps, seconds, background, areas["region"], points)
     choice = {"height": height, "box": areas["box"], "point": areas["point"], "at": at}
     choice |= {"attempts": 4 if attempts is None else attempts, "particles": particles, "seed": seed}
+    choice["smooth"] = smooth
     people = _people(film, person)
     lost = [
         _track_video(film, camera, which, _made(tracker or "fpca", model), choice | {"person": number}, *files)
@@ -285,7 +291,7 @@ def _enlarged(pictures: Iterable[np.ndarray], times: int) -> Iterator[np.ndarray
     return (p.repeat(times, axis=0).repeat(times, axis=1) for p in pictures)
 
 
-def _track_env(env, tracker, model, particles, start, frames, out, motion_out, seed) -> None:
+def _track_env(env, tracker, model, particles, start, frames, smooth, out, motion_out, seed) -> None:
     """Run one episode of an environment."""
     from motionenv.mocap import write
     from motionenv.render.request import enlarged
@@ -293,12 +299,15 @@ def _track_env(env, tracker, model, particles, start, frames, out, motion_out, s
     from motionenv.render.video.tracking_film import track_film
     from motionenv.types import Motion
 
-    played = _Episode(env, tracker, model, particles, start, frames, seed)
+    played = _Episode(env, tracker, model, particles, start, frames, smooth, seed)
     with progress("following", played.env.world.horizon) as step:
         pictures, cameras, found, drawn, off = zip(*played.frames(step), strict=True)
     poses, errors, times = np.array(found), np.array(off), max(1, round(_FILMED / cameras[0].width))
+    shown = list(drawn)
+    if smooth:
+        poses, shown, errors = played.smoothed(poses, shown, errors)
     film = track_film(
-        _enlarged(pictures, times), [enlarged(c, times) for c in cameras], poses, list(drawn), played.skeleton,
+        _enlarged(pictures, times), [enlarged(c, times) for c in cameras], poses, shown, played.skeleton,
         1000 * errors, label="error per joint [mm]",
     )  # fmt: skip
     with progress("filming", len(poses)) as step:
@@ -335,7 +344,7 @@ class _Episode:
 
     def __init__(
         self, env: str, tracker: str | None, model: str | None, particles: int, start: str | None, frames: int | None,
-        seed: int,
+        smooth: bool, seed: int,
     ):  # fmt: skip
         from motionenv import envs
         from motionenv.envs.agents import TrackingAgent, truth_start
@@ -352,8 +361,9 @@ class _Episode:
             prior = adults_prior(self.fps)
         self.skeleton = prior.skeleton
         first = truth_start if start == "given" or (arm and start is None) else None
-        self.agent = TrackingAgent(self.env, prior, particles, seed=seed, start=first)
+        self.agent = TrackingAgent(self.env, prior, particles, seed=seed, start=first, keep=smooth)
         self.seed, self.rng = seed, random_generator(seed)
+        self.truths: list[dict[str, Any]] = []
 
     def frames(self, step) -> Iterator[tuple]:
         """Run the episode: picture, camera, expected pose, drawn poses and error [m] of each frame; calls `step`."""
@@ -364,10 +374,21 @@ class _Episode:
         ended = False
         while not ended:
             picture = np.array(observation["rgb"] if isinstance(observation, dict) else observation)
-            camera, action = self.env.truth()["camera"], self.agent.act(observation)
+            self.truths.append(truth := self.env.truth())
+            camera, action = truth["camera"], self.agent.act(observation)
             (belief,) = self.agent.beliefs
             drawn = belief.poses[systematic(np.exp(belief.log_weights), _SHOWN, self.rng)]
             observation, _, terminated, truncated, info = self.env.step(action)
             yield picture, camera, belief.mean, drawn, float(info["error"])
             ended = terminated or truncated
             step()
+
+    def smoothed(self, poses: np.ndarray, drawn: list, errors: np.ndarray) -> tuple[np.ndarray, list, np.ndarray]:
+        """The poses (frames, 25), drawn poses and errors [m] that were filtered, smoothed since the track began."""
+        ((*beliefs,),) = self.agent.smoothed()
+        first = len(poses) - len(beliefs)
+        joints = np.array([belief.expected_joints(self.skeleton) for belief in beliefs])
+        true = np.array([truth["joints"] for truth in self.truths[first:]])
+        off = np.linalg.norm(joints - true, axis=-1).mean(axis=-1)
+        means, shown = [belief.mean for belief in beliefs], [belief.poses[:_SHOWN] for belief in beliefs]
+        return np.array([*poses[:first], *means]), drawn[:first] + shown, np.concatenate([errors[:first], off])

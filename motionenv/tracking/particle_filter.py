@@ -130,7 +130,8 @@ class ParticleFilter:
     asked about the latter; what differs is where the feet stand.
 
     Raises:
-        MotionError: an argument out of range, or a prior and a likelihood for bodies of different heights.
+        MotionError: an argument out of range, `keep` with another prior than an `FPCAPrior`, or a prior and a
+            likelihood for bodies of different heights.
     """
 
     def __init__(
@@ -148,6 +149,8 @@ class ParticleFilter:
             )
         self.prior, self.likelihood, self.n, self.restart = prior, likelihood, int(n), restart
         self.resample, self.layers, self.hidden, self.keep = resample, int(layers), hidden, keep
+        if keep and not isinstance(prior, FPCAPrior):
+            raise MotionError(f"only an FPCAPrior's walkers can be smoothed, got {type(prior).__name__}: omit keep")
         self._sized = prior.size > 0
         if self._sized and likelihood.camera is None:
             raise MotionError("a prior of unknown body size needs a likelihood with a camera: give it size=0")
@@ -169,7 +172,7 @@ class ParticleFilter:
         `motionenv.tracking.smoothing`.
 
         Raises:
-            MotionError: made without `keep`, no frame yet, or another prior than an `FPCAPrior`.
+            MotionError: made without `keep`, or no frame yet.
         """
         if not self.keep or self._state is None or not self._beliefs:
             raise MotionError("nothing to smooth: make the filter with keep=True, and follow some frames first")

@@ -9,11 +9,10 @@ do (Raanes 2016, "On the ensemble Rauch-Tung-Striebel smoother"). Where particle
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from motionenv.errors import MotionError
 from motionenv.tracking.priors._walk_kernel import EASE, HEADING, PACE, PHASE, SIZE, TURN, X, Y
 from motionenv.tracking.priors.base import systematic
 from motionenv.tracking.priors.fpca import SHAPED, FPCAPrior, WalkState
@@ -38,12 +37,7 @@ def smooth(
         centre: (2,) of the camera [m], along whose rays sizes and distances vary together.
         depths: standard deviation [log] by which the filter shifts them in each frame.
         rng: of the draws.
-
-    Raises:
-        MotionError: another prior than an `FPCAPrior`.
     """
-    if not isinstance(prior, FPCAPrior):
-        raise MotionError(f"only walkers of an FPCAPrior can be smoothed, got {type(prior).__name__}")
     after, out = None, []
     for belief, later in zip(reversed(beliefs), [None, *reversed(beliefs[1:])], strict=True):
         if after is None or later is None or later.recovered:  # a restart forgets what was before
@@ -57,7 +51,7 @@ def smooth(
 
 def _before(prior: FPCAPrior, belief: "Belief", after: WalkState, centre, depths: float, rng) -> WalkState:
     """Walkers (n,) of a frame given those of the next one, `after`."""
-    state: WalkState = belief.state
+    state = cast(WalkState, belief.state)
     here, there, target = (_variables(s, centre) for s in (state, prior.expected(state), after))
     off = _short(target[:, None, :2] - there[:, :2])
     logs = belief.log_weights - 0.5 * ((off / _ALIKE) ** 2).sum(axis=-1)

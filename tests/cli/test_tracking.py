@@ -38,6 +38,17 @@ def test_an_environment_is_filmed_and_the_motion_written(run, tmp_path, tracker)
     assert motionenv.read(tmp_path / "walk.npz").poses.shape == (6, 25)
 
 
+def test_a_smoothed_track_is_nearer_to_the_truth_and_its_own(run, tmp_path):
+    def told(*options):
+        said = run("track", "--env", "walker", "--start", "given", "--particles", "300", "--frames", "40",
+                   "--out", tmp_path / "t.gif", *options).out  # fmt: skip
+        return float(said.split(" frames, ")[1].split(" mm")[0])
+
+    filtered, smoothed = told(), told("--smooth")
+    assert smoothed != filtered
+    assert smoothed < 1.1 * filtered
+
+
 def test_a_tree_out_of_a_file(run, tmp_path):
     walks = [synthesize("walk/fpca", 4, 30, seed=i, height=1.75) for i in range(8)]
     clips = [Clip(w, f"walk {i}", "walk", str(i)) for i, w in enumerate(walks)]
@@ -125,6 +136,8 @@ def test_a_video_with_its_camera(run, tmp_path):
         (("--video", "still.mp4", "--detect", "--detections", "p.json", "--out", "t.mp4"), "--detections: not with"),
         (("--video", "still.mp4", "--detections", "p.json", "--out", "t.mp4"), "p.json"),
         (("--env", "walker", "--detect", "--out", "t.mp4"), "--detect: for --video only"),
+        (("--env", "walker", "--smooth", "--tracker", "tree", "--out", "t.mp4"), "--smooth needs --tracker fpca"),
+        (("--env", "arm", "--smooth", "--out", "t.mp4"), "omit keep"),
         (("--env", "Nowhere-v0", "--out", "t.mp4"), "Nowhere-v0"),
         (("--env", "motionenv/MarkerTracking-v1", "--out", "t.mp4"), "MarkerTracking"),
         (("--env", "arm", "--start", "automatic", "--out", "t.mp4"), "arm's first pose can't be found"),

@@ -107,6 +107,6 @@ def test_the_same_seed_smooths_to_the_same_bytes_and_what_cannot_be_smoothed_is_
     with pytest.raises(MotionError, match="keep=True"):
         followed(FPCAPrior(), keep=False).smoothed()
     with pytest.raises(MotionError, match="FPCAPrior"):
-        followed(VelocityPrior()).smoothed()
+        followed(VelocityPrior())
     with pytest.raises(MotionError, match="n must"):
         followed(FPCAPrior()).smoothed(0)

@@ -64,7 +64,7 @@ class TrackingAgent:
         env: WalkerTracking, ArmTracking or a vector of them.
         prior: of motion, or a callable (unwrapped env, slot) that gives one as an episode begins; None is an
             `FPCAPrior` of an adult of unknown size, or of mean size where only depths are seen.
-        n, resample, layers, hidden: of the `ParticleFilter`.
+        n, resample, layers, hidden, keep: of the `ParticleFilter`; `keep` lets `smoothed` look back.
         likelihood: callable (camera, skeleton) that gives what scores the prior's bodies; None is an
             `SilhouetteLikelihood`.
         start: callable (unwrapped env, slot) that gives the first pose, such as `truth_start`; None searches pictures:
@@ -80,7 +80,7 @@ class TrackingAgent:
         self, env: Any, prior: Prior | Callable[[Any, int], Prior] | None = None, n: int = 1000, *,
         likelihood: Callable[[Camera, Skeleton], Likelihood] | None = None,
         start: Callable[[Any, int], Start] | None = None, seed: int | np.random.Generator | None = None,
-        threads: int | None = None, resample: float = 0.5, layers: int = 1, hidden: float = 0.02,
+        threads: int | None = None, resample: float = 0.5, layers: int = 1, hidden: float = 0.02, keep: bool = False,
     ) -> None:  # fmt: skip
         self._actions = Actions(env)
         if self._actions.points:
@@ -93,6 +93,7 @@ class TrackingAgent:
             raise MotionError('walkers don\'t move as arms do: give prior, such as VelocityPrior(part="right_arm")')
         self._options: dict[str, Any] = {"n": n, "resample": resample, "layers": layers, "hidden": hidden}
         check_filter(**self._options)
+        self._options["keep"] = keep
         # Depths alone tell where a body of any size is.
         sized = "depth" not in self._actions.names or "mask" in self._actions.names
         self._prior = adults_prior(self._actions.env.world.fps, sized=sized) if prior is None else prior
@@ -108,6 +109,16 @@ class TrackingAgent:
     def beliefs(self) -> list[Belief]:
         """What is believed of the frame estimated last, one belief per episode that runs at a time."""
         return [track.belief for track in self._tracks if track is not None and track.belief is not None]
+
+    def smoothed(self, n: int = 200) -> list[list[Belief]]:
+        """Beliefs about the frames of each episode that runs, since its first pose, given all of them.
+
+        They are `n` equally weighted walkers each, see `ParticleFilter.smoothed`.
+
+        Raises:
+            MotionError: made without `keep`, or no frame yet.
+        """
+        return [track.filter.smoothed(n) for track in self._tracks if track is not None]
 
     def reset(self, observation: Observation, began: ArrayLike | None = None) -> None:
         """Start new filters; see `motionenv.envs.agents.evaluation.Agent` for `observation` and `began`.

@@ -27,6 +27,7 @@ from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.tracking.initialization import SPREAD, automatic_start
 from motionenv.tracking.particle_filter import Belief, ParticleFilter
 from motionenv.tracking.priors.base import Prior, Start, systematic
+from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.tracking.priors.guided import GuidedPrior
 from motionenv.tracking.video.guide import DEVIATION, Guide
 from motionenv.tracking.video.survey import COLOURS, Look
@@ -75,6 +76,7 @@ class MultiStart:
         begin: frame to start at.
         particles, layers, rng: of the filter.
         guide: what detections tell, from `begin` on; None if there are none.
+        smooth: whether frames are told by all of their track.
     """
 
     prior: Prior
@@ -86,6 +88,7 @@ class MultiStart:
     layers: int
     rng: np.random.Generator
     guide: Guide | None = None
+    smooth: bool = False
 
     def best(self, attempts: int, tick: Callable[[int], None]) -> Attempt:
         """The best of several `attempts`; every second one starts from the mirror image of the best so far.
@@ -105,6 +108,7 @@ class MultiStart:
         """Track forwards from `begin`, and backwards from there, after `done` frames of other attempts."""
         record, film = _Record(self.likelihood, self.seen, self.rng), self.seen.foreground
         starts, lost = {}, 0
+        tracks: list[tuple[ParticleFilter, list[int]]] = []  # and the frames that each has followed, in their order
         guided = np.zeros(len(film), dtype=bool) if self.guide is None else self.guide.known
         for i in range(self.begin, len(film)):
             begins = i == self.begin or guided[i] != guided[i - 1]
@@ -113,8 +117,9 @@ class MultiStart:
                 lost = 0
                 if start is not None:
                     starts[i] = start
-                    tracker = self._tracker(start, self._prior(i))
-            belief = tracker.step(mask=film[i])
+                    tracks.append((self._tracker(start, self._prior(i)), []))
+            tracks[-1][1].append(i)
+            belief = tracks[-1][0].step(mask=film[i])
             lost = lost + 1 if record.keep(i, belief) < _LOST else 0
             tick(done + i - self.begin + 1)
             if i == self.begin:
@@ -122,13 +127,18 @@ class MultiStart:
         here = there.poses[systematic(np.exp(there.log_weights), _CANDIDATES, self.rng)]
         unknown = np.full(here.shape, np.nan)
         tracker = self._tracker(Start(here, np.zeros(len(here)), unknown, SPREAD), self.back)
+        tracks.append((tracker, [*range(self.begin - 1, -1, -1)]))
         for i in range(self.begin - 1, -1, -1):
             record.keep(i, tracker.step(mask=film[i]))
             tick(done + len(film) - i)
+        for tracker, frames in tracks:
+            for i, belief in zip(frames, tracker.smoothed() if tracker.keep and frames else [], strict=False):
+                record.keep(i, belief)
         return Attempt(record.poses, record.particles, record.effective, record.overlap, starts)
 
     def _tracker(self, start: Start, prior: Prior) -> ParticleFilter:
-        tracker = ParticleFilter(prior, self.likelihood, self.particles, layers=self.layers, seed=self.rng)
+        keep = self.smooth and isinstance(prior, FPCAPrior)
+        tracker = ParticleFilter(prior, self.likelihood, self.particles, layers=self.layers, keep=keep, seed=self.rng)
         tracker.start(start)
         return tracker
 

@@ -84,7 +84,7 @@ class VideoTrack:
 def track_video(
     film: Film | str | Path, camera: Camera | None = None, *, height: float | None = None, person: int | None = None,
     box: Sequence[float] | None = None, point: Sequence[float] | None = None, at: float | None = None,
-    prior: MakePrior | None = None, particles: int = 2000, layers: int = 2, attempts: int = 4,
+    prior: MakePrior | None = None, particles: int = 2000, layers: int = 2, attempts: int = 4, smooth: bool = False,
     seed: int | np.random.Generator | None = None, threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> VideoTrack:  # fmt: skip
@@ -104,6 +104,8 @@ def track_video(
         attempts: number of tracks of the whole film, of which the best is returned. Every second one starts from a
             mirror image, see `motionenv.tracking.video.multi_start`. With detections, which tell the sides, 1 is enough
             and more aren't made.
+        smooth: whether all frames tell the pose in each, not only those before it: `ParticleFilter.smoothed`. Where
+            detections lead, it changes nothing.
         seed: int or Generator.
         threads: threads of the likelihood, which don't change the result; None uses one per core.
         progress: called with the number of frames processed and the total.
@@ -129,7 +131,7 @@ def track_video(
         skeleton = from_height(standing_height(who.boxes[frames], whole))
     close = look(seen, who, frames, whole)
     made = FPCAPrior(skeleton=skeleton, fps=seen.fps) if prior is None else prior(skeleton, seen.fps)
-    follower = _follower(close, made, guide, particles, layers, threads, rng)
+    follower = _follower(close, made, guide, particles, layers, smooth, threads, rng)
     total = attempts * len(close.foreground)
     best = follower.best(attempts, lambda done: None if progress is None else progress(done, total))
     reasons = np.full(len(seen.labels), ABSENT)
@@ -176,22 +178,24 @@ def _check_choice(person, box, point, at) -> None:
     check_area("point", point, "x, y")
 
 
-def _follower(close: Look, prior: Prior, guide: Guide | None, particles: int, layers: int, threads, rng) -> MultiStart:
+def _follower(
+    close: Look, prior: Prior, guide: Guide | None, particles: int, layers: int, smooth: bool, threads, rng
+) -> MultiStart:
     skeleton, camera, boxes = prior.skeleton, close.camera, close.boxes
     focal = np.sqrt(abs(np.linalg.det(camera.K[:2, :2])))
     far = float(focal * skeleton.height / np.nanmedian(boxes[:, 3] - boxes[:, 2]))
     likelihood = SilhouetteLikelihood(
         camera, skeleton, misses=_MISSES, false_alarms=_ALARMS, distance=far, threads=threads
     )
-    back = MixturePrior(
-        FPCAPrior(skeleton=skeleton, fps=prior.fps, backwards=True), VelocityPrior(skeleton=skeleton, fps=prior.fps)
-    )
+    back: Prior = FPCAPrior(skeleton=skeleton, fps=prior.fps, backwards=True)
+    if not smooth:
+        back = MixturePrior(back, VelocityPrior(skeleton=skeleton, fps=prior.fps))
     if guide is not None and guide.known.any():
         begin = int(np.argmax(guide.known))
     else:
         alone = np.where(close.merged[:, None], np.nan, boxes)
         begin = departure_frame(alone if np.isfinite(alone).any() else boxes, prior.fps)
-    return MultiStart(prior, back, likelihood, close, begin, particles, layers, rng, guide)
+    return MultiStart(prior, back, likelihood, close, begin, particles, layers, rng, guide, smooth)
 
 
 def _spread(part: np.ndarray, where: np.ndarray, frames: slice) -> np.ndarray:

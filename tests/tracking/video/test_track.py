@@ -34,6 +34,17 @@ def test_a_film_with_its_camera(crossing):
     np.testing.assert_array_equal(track.expected[track.followed], track.motion.poses[track.followed])
 
 
+def test_the_root_of_a_smoothed_film_shakes_less_and_joints_are_as_near_to_the_truth(crossing):
+    path, camera, poses, skeleton, _ = crossing
+    tracks = [track_video(path, camera, particles=500, attempts=1, smooth=s, seed=1) for s in (False, True)]
+    kept = tracks[0].followed & tracks[1].followed
+    assert kept.sum() > 0.8 * FRAMES
+    shakes = [np.nanmean(np.abs(np.diff(track.motion.poses[:, :2], n=2, axis=0))) for track in tracks]
+    assert shakes[1] < 0.75 * shakes[0]
+    errors = [np.nanmean(pelvis_error(track, poses, skeleton)[kept]) for track in tracks]
+    assert errors[1] < 1.15 * errors[0]
+
+
 @pytest.mark.slow
 def test_a_film_of_an_unknown_camera_by_seed_alone(crossing):
     path, camera, poses, _, _ = crossing
