@@ -8,7 +8,8 @@ from motionenv.models.motion_tree.search.kernel_index_kernels import (
     FAN,
     box_distances,
     first_groups,
-    leaf_excess,
+    leaf_distances,
+    push,
     scratch,
 )
 
@@ -82,7 +83,8 @@ def nearest_elsewhere(blocks, boxes, n, frames, asked, apart, found, distances):
 
 @kernel
 def _search(blocks, boxes, n, frames, here, apart, found, distances, work):
-    probe, row, stack = work[2], work[3], work[6]
+    probe, row, stack, bounds = work[:4]
+    away = work[5][0]
     levels, first = first_groups(n)
     probe[: blocks.shape[1]] = blocks[here // BLOCK, :, here % BLOCK]
     stack[0, 0], stack[0, 1] = levels - 1, 0
@@ -91,24 +93,19 @@ def _search(blocks, boxes, n, frames, here, apart, found, distances, work):
         top -= 1
         level, node = stack[top]
         if level < 0:
-            leaf_excess(blocks, node, probe, 0.0, False, row)
-            _take(FAN * node, n, row, frames, here, apart, found, distances)
-            continue
-        box_distances(boxes, first[level] + node, probe, row)
-        nearest = row.argmin()
-        for i in range(FAN + 1):  # the nearest child is pushed last, so that it is visited first
-            k = nearest if i == FAN else i
-            if (i == FAN or i != nearest) and row[k] < distances[-1]:
-                stack[top, 0], stack[top, 1] = level - 1, FAN * node + k
-                top += 1
+            leaf_distances(blocks, node, probe, away)
+            _take(FAN * node, n, away, frames, here, apart, found, distances)
+        else:
+            box_distances(boxes, first[level] + node, probe, row)
+            top = push(row, level, node, distances[-1], stack, bounds, top)
 
 
 @kernel
-def _take(first, n, row, frames, here, apart, found, distances):
-    """Insert the points of a leaf from position `first` on, at squared distances `row` (16,), that are near enough."""
+def _take(first, n, away, frames, here, apart, found, distances):
+    """Insert the points of a leaf from position `first` on, at squared distances `away` (16,), that are near enough."""
     for i in range(min(FAN, n - first)):
-        if row[i] < distances[-1] and abs(frames[first + i] - frames[here]) > apart:
-            _insert(first + i, row[i], frames, apart, found, distances)
+        if away[i] < distances[-1] and abs(frames[first + i] - frames[here]) > apart:
+            _insert(first + i, away[i], frames, apart, found, distances)
 
 
 @kernel
