@@ -146,7 +146,8 @@ def _arrange(points: np.ndarray, order: np.ndarray, unit: int) -> None:
 
 def _boxes(points: np.ndarray) -> np.ndarray:
     """The boxes (groups, 2, 16, width) of `points` (n, b) in the tree's order."""
-    b, fan, low, high, levels = points.shape[1], kernels.FAN, points, points, []
+    b, fan, low, high = points.shape[1], kernels.FAN, points, points
+    levels: list[np.ndarray] = []
     while not levels or len(levels[-1]) > 1:
         starts = np.arange(0, len(low), fan)
         low, high = np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts)
