@@ -59,16 +59,6 @@ def _carry_back(starts, place, way_out, toll, discount, cost):
 
 
 @kernel
-def ahead(poses, starts, frames, horizon, fps, turn, speed):
-    """Write turn (n,) [rad] and mean speed (n,) [m/s] over the next `horizon` frames, or up to the sequence's end."""
-    for i in range(len(frames)):
-        f = frames[i]
-        g = min(f + horizon, starts[np.searchsorted(starts, f, side="right")] - 1)
-        turn[i] = poses[g, 5] - poses[f, 5]
-        speed[i] = np.hypot(poses[g, 0] - poses[f, 0], poses[g, 1] - poses[f, 1]) * fps / (g - f)
-
-
-@kernel
 def nearest_elsewhere(blocks, boxes, n, frames, asked, apart, found, distances):
     """Find the nearest windows elsewhere for each of the positions `asked` (m,): `found` (m, k), nearest first.
 
