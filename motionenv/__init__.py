@@ -10,7 +10,7 @@ From recordings to pictures to estimates, and the folder of each step:
     tracking/, lifting/     particle filters; 3D walks from 2D points
     metrics/, envs/         errors and scores; Gymnasium environments
     data/                   data sets of any size, as files or streams
-    cli/, client/           command line; client of the HTTP service
+    cli/                    command line
 
     >>> import motionenv
     >>> motion = motionenv.synthesize("walk/fpca", seconds=2, fps=30, seed=1, speed=1.3)
@@ -32,13 +32,13 @@ __version__ = "0.3.0"
 #: Public names and the modules that hold them.
 _NAMES = {
     "types": "Camera Cycles Frame Markers Motion Points Skeleton",
-    "errors": "EngineError FormatError GapError ModelError MotionError ServiceError",
+    "errors": "EngineError FormatError GapError ModelError MotionError",
     "mocap": "read read_motion retarget write", "mocap.keypoints": "read_points", "body": "from_height markers",
     "cycles": "segment", "models.base": "GaitModel", "models.types": "Walker", "models.eigenwalkers": "Eigenwalkers",
     "models.fpca": "FunctionalPCA MultilevelFPCA", "models.motion_tree": "MotionTree",
     "models.eigenwalkers.walker_prior": "WalkerPrior", "models.walking": "WalkingModel", "models.filling": "fill",
     "models.registry": "load", "models.synthesis": "synthesize", "lifting": "lift", "render": "Scene film",
-    "render.cameras": "fit_view", "render.video.encode": "stream_video write_video", "client": "Client",
+    "render.cameras": "fit_view", "render.video.encode": "stream_video write_video",
 }  # fmt: skip
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
 #: Packages that users begin with; the others can be imported too.

@@ -1,4 +1,4 @@
-"""The arguments of a walk, declared once: Python, HTTP, the client and the command line derive theirs from `Request`.
+"""The arguments of a walk, declared once: Python, HTTP and the command line derive theirs from `Request`.
 
 docs/extending/argument.md shows how to add one.
 """

@@ -1,8 +1,6 @@
 """Errors of motionenv. All are ValueErrors, and their messages say how to fix the problem."""
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 
 class MotionError(ValueError):
@@ -38,30 +36,6 @@ class ModelError(MotionError):
 
 class EngineError(MotionError):
     """A rendering engine can't run here: the message says what to install."""
-
-
-class ServiceError(MotionError):
-    """A service rejected a request, failed or can't be reached.
-
-    Args:
-        detail: what is wrong, and how to fix it.
-        status: HTTP status; None if there was no response.
-        errors: each invalid field: `field`, `problem` and, if it exceeds one, `bound`.
-        request_id: of the request in the service's logs.
-        retry_after: seconds after which to retry, if the service specified it.
-    """
-
-    def __init__(
-        self, detail: str, status: int | None = None, errors: Sequence[Mapping[str, Any]] = (),
-        request_id: str | None = None, retry_after: float | None = None,
-    ) -> None:  # fmt: skip
-        super().__init__(detail)
-        self.detail, self.status, self.errors = detail, status, tuple(errors)
-        self.request_id, self.retry_after = request_id, retry_after
-
-    def __reduce__(self):
-        """Pickle by the parts, so that the error can cross process borders."""
-        return ServiceError, (self.detail, self.status, self.errors, self.request_id, self.retry_after)
 
 
 class ExtrapolationWarning(UserWarning):

@@ -27,8 +27,6 @@ def test_every_argument_is_described_with_its_unit_where_it_has_one():
         motionenv.synthesize,
         motionenv.GaitModel.synthesize,
         walk_along,
-        motionenv.Client.synthesize,
-        motionenv.Client.save,
     ],
 )
 def test_signatures_show_the_arguments(function):
@@ -57,8 +55,6 @@ def test_a_wrong_name_is_of_the_function_that_was_called():
     model = motionenv.load("walk/fpca")
     with pytest.raises(TypeError, match=r"walk_along\(\) .* did you mean variation\?"):
         walk_along(model, WalkPath.line(5), 1, 30, variaton=0.0)
-    with pytest.raises(TypeError, match=r"save\(\) .* did you mean height\?"):
-        motionenv.Client("http://127.0.0.1:9").save("w.npz", "walk/fpca", 1, 30, heigth=1.7)
 
 
 def test_the_docstring_says_what_each_argument_may_be():

@@ -4,10 +4,10 @@ import pickle
 
 import pytest
 
-from motionenv.errors import EngineError, FormatError, GapError, ModelError, MotionError, ServiceError
+from motionenv.errors import EngineError, FormatError, GapError, ModelError, MotionError
 
 
-@pytest.mark.parametrize("kind", [EngineError, FormatError, GapError, ModelError, ServiceError])
+@pytest.mark.parametrize("kind", [EngineError, FormatError, GapError, ModelError])
 def test_every_error_is_one_of_ours_and_a_value_error(kind):
     assert issubclass(kind, MotionError)
     assert issubclass(kind, ValueError)
@@ -21,18 +21,6 @@ def test_a_format_error_names_file_and_place_also_after_pickling(where):
     for each in (error, again):
         assert str(each) == f"{place}: must be a number, got 'x'"
         assert (each.path, each.where, each.problem) == ("walks/a.bvh", where, "must be a number, got 'x'")
-
-
-def test_a_service_error_keeps_its_parts_after_pickling():
-    fields = [{"field": "seconds", "problem": "must be above 0", "bound": 0}]
-    error = ServiceError("seconds must be above 0", 422, fields, "abc", 1.5)
-    fields.clear()
-    again = pickle.loads(pickle.dumps(error))
-    for each in (error, again):
-        assert str(each) == each.detail == "seconds must be above 0"
-        assert (each.status, each.request_id, each.retry_after) == (422, "abc", 1.5)
-        assert each.errors == ({"field": "seconds", "problem": "must be above 0", "bound": 0},)
-    assert pickle.loads(pickle.dumps(ServiceError("nobody answers"))).status is None
 
 
 @pytest.mark.parametrize("kind", [MotionError, GapError, ModelError, EngineError])

@@ -118,7 +118,7 @@ def _walkers(name: str) -> Any:
     phases = 2 * np.pi * (float(model.frequency(walker.scores)) * np.arange(30) / 30)
     treadmill = model.gait_of(walker).motion(phases, 30, overground=False, name="eigenwalker")
     return [walkers, scores, model.frequency(scores), model.score_samples(scores), treadmill,
-            model.synthesize_markers(1.0, 30, seed=4), model.score(walkers)]  # fmt: skip
+            model.gait_of(walker).positions(phases), model.score(walkers)]  # fmt: skip
 
 
 @output("walking in place")

@@ -60,15 +60,8 @@ def uniform(state):
 
 
 @kernel
-def normal(state):
-    """A standard normal variate (Box & Muller 1958), from two numbers of the stream."""
-    radius = np.sqrt(-2.0 * np.log(1.0 - uniform(state)))
-    return radius * np.cos(2.0 * np.pi * uniform(state))
-
-
-@kernel
 def gaussian(state):
-    """A standard normal variate by the ziggurat of Marsaglia & Tsang (2000), several times as fast as `normal`."""
+    """A standard normal variate by the ziggurat of Marsaglia & Tsang (2000)."""
     while True:
         state[0] += _GOLDEN
         bits = _mixed(state[0])

@@ -10,6 +10,7 @@ so one Fourier transform gives it exactly for every o. The least-squares fit of 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,8 +19,7 @@ from numpy.typing import ArrayLike
 from scipy import fft
 
 from motionenv._core.representation import OneLine
-from motionenv.cycles import _fold
-from motionenv.cycles.snr import checked_series
+from motionenv.cycles.snr import checked_series, folded
 from motionenv.cycles.splines import outer_products, periodic_basis, solve
 from motionenv.errors import MotionError
 
@@ -92,9 +92,7 @@ class _Group:
 
     def aligned(self, shifts: np.ndarray) -> np.ndarray:
         """Counts and sums (2m, P) over the members, each shifted back."""
-        total = np.zeros(self.data.shape[1:])
-        _fold.add_shifted(self.data, shifts, total)
-        return total
+        return sum((np.roll(fold, -s, axis=1) for fold, s in zip(self.data, shifts, strict=True)), np.zeros(()))
 
     def errors(self, reference: np.ndarray) -> np.ndarray:
         """Squared error (k, P) of every member at every shift, minus its Σ z²."""
@@ -143,16 +141,20 @@ def _folds(sequences, periods, weights) -> _Folds:
     scale = np.sqrt(positive(np.ones(m) if weights is None else weights, m, "weights"))
     parts = 1 if (periods == np.round(periods)).all() else SUBFRAMES
     steps = np.maximum(np.round(periods * parts), 1).astype(np.int64)
-    sequences = [np.ascontiguousarray(z) for z, _ in checked]
+    sequences = [z for z, _ in checked]
     groups = [_group(np.flatnonzero(steps == p), int(p), parts, sequences, scale) for p in np.unique(steps)]
     return _Folds(groups, steps, parts, scale)
 
 
 def _group(members: np.ndarray, p: int, parts: int, sequences: list, scale: np.ndarray) -> _Group:
     """Fold the sequences of one period."""
-    data = np.zeros((len(members), p, 2 * len(scale)))
-    energy = sum(_fold.fold_on_grid(sequences[i], scale, parts, fold) for fold, i in zip(data, members, strict=True))
-    data = np.ascontiguousarray(data.transpose(0, 2, 1))
+    data, energy = np.zeros((len(members), 2 * len(scale), p)), 0.0
+    places = np.arange(p // math.gcd(p, parts)) * parts % p  # of successive frames, until they come again
+    for fold, i in zip(data, members, strict=True):
+        seen = np.isfinite(sequences[i])
+        scaled = np.where(seen, sequences[i], 0.0) * scale
+        fold[:, places] = folded(np.hstack([seen, scaled]), len(places)).T
+        energy += float((scaled**2).sum())
     basis = periodic_basis(np.arange(p) / p)
     return _Group(members, data, fft.rfft(data, axis=2), basis, outer_products(basis), energy)
 

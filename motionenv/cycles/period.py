@@ -29,7 +29,6 @@ from scipy import special
 
 from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_fps
-from motionenv.cycles._fold import squared_changes
 from motionenv.cycles.snr import SNR, centre, checked_series, snr
 from motionenv.cycles.spikes import NORMAL, spikes
 from motionenv.errors import GapError, MotionError
@@ -154,9 +153,24 @@ def _standardised(z: np.ndarray, seen: np.ndarray) -> np.ndarray:
 
 def _mean_change(z: np.ndarray, p: int) -> np.ndarray:
     """D(τ), the mean squared change over τ = 0, 1, ... to about p frames; NaN if no pair was observed."""
-    change, pairs = (x.sum(axis=1) for x in squared_changes(z, np.arange(1, min(p + _reach(p), len(z) - 1) + 1)))
+    change, pairs = (x.sum(axis=1) for x in _squared_changes(z, np.arange(1, min(p + _reach(p), len(z) - 1) + 1)))
     with np.errstate(invalid="ignore"):
         return np.concatenate([[0.0], change / pairs])
+
+
+def _squared_changes(z: np.ndarray, lags: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sum over the channels of (z(t + lag) - z(t))², and the number of channels observed at both, each (lags, frames).
+
+    Each pair is stored at its middle frame, relative to the middle of the pair of shortest lag that starts at frame 0.
+    z: (frames, m), NaN where missing.
+    """
+    change, pairs = np.zeros((2, len(lags), len(z) - lags[0]))
+    for i, lag in enumerate(lags):
+        step = z[lag:] - z[:-lag]
+        known = np.isfinite(step)
+        middle = slice((lag - lags[0]) // 2, (lag - lags[0]) // 2 + len(step))
+        change[i, middle], pairs[i, middle] = (np.where(known, step, 0.0) ** 2).sum(axis=1), known.sum(axis=1)
+    return change, pairs
 
 
 def _shortest(change: np.ndarray, candidates: np.ndarray, i: int) -> tuple[int, float]:
@@ -186,7 +200,7 @@ def _reach(p: int) -> int:
 def _local_length(z: np.ndarray, p: int) -> float:
     """Weighted median over time of the lag at which windows of 5/4 cycle match themselves best [frames]."""
     lags = np.arange(int(p * (1 - SPREAD)), min(int(np.ceil(p * (1 + SPREAD))), len(z) - 1) + 1)
-    change, pairs = (_window_sums(x, int(WINDOW * p)) for x in squared_changes(z, lags))
+    change, pairs = (_window_sums(x, int(WINDOW * p)) for x in _squared_changes(z, lags))
     change, pairs = change / np.maximum(pairs, 1), pairs.min(axis=0)
     # ignore windows with fewer than a quarter of the pairs of the fullest
     told = pairs >= pairs.max() / 4

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.representation import OneLine
-from motionenv.cycles import _fold
 from motionenv.errors import GapError, MotionError
 
 #: Residual sums of squares below this fraction of a channel's total are rounding errors, and are raised to it.
@@ -57,15 +56,27 @@ def snr(z: ArrayLike, candidates: ArrayLike, *, weighting: Literal["counts", "pa
         raise MotionError(f"candidates must be whole numbers of at least 2 frames, got {candidates!r}")
     order, back = np.unique(given.astype(np.int64), return_inverse=True)
     deviations, total, n = centre(z)
-    count = np.uint8 if len(z) <= 255 * order[0] else np.int32
-    paper = weighting == "paper"
-    z = np.ascontiguousarray(deviations)  # the kernels reshape, so they need this memory order
-    between, means, bins = _fold.sums_of_squares(z, np.ascontiguousarray(seen, dtype=count), order, paper)
+    between, means, bins = np.zeros((3, len(order), z.shape[1]))
+    folds: dict[int, np.ndarray] = {}
+    both = np.hstack([deviations, seen])
+    for i, p in reversed(list(enumerate(order.tolist()))):
+        double = folds.get(2 * p)
+        folds[p] = folded(both, p) if double is None else double[:p] + double[p:]
+        sums, counts = np.hsplit(folds[p], 2)
+        mean = sums / np.maximum(counts, 1)
+        between[i], means[i], bins[i] = (sums * mean).sum(axis=0), (mean**2).sum(axis=0), (counts > 0).sum(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        signal = means * n / ((bins - 1) * bins) if paper else between / (bins - 1)
+        signal = between / (bins - 1) if weighting == "counts" else means * n / ((bins - 1) * bins)
         noise = np.maximum(total - between, ROUNDING * total) / (n - bins)
         ratio = np.where((bins > 1) & (n > bins) & (total > 0), signal / noise, np.nan)[back]
     return SNR(given.astype(np.int64), ratio, np.nansum(ratio, axis=1))
+
+
+def folded(values: np.ndarray, p: int) -> np.ndarray:
+    """Sums (p, m) of the rows of `values` (frames, m) that are whole periods of `p` frames apart."""
+    whole = np.zeros((-(-len(values) // p) * p, values.shape[1]))
+    whole[: len(values)] = values
+    return whole.reshape(-1, p, values.shape[1]).sum(axis=0)
 
 
 def checked_series(z: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
@@ -94,6 +105,9 @@ def centre(z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
     A channel whose deviations are rounding errors is constant: its sum of squares is exactly 0.
     """
-    deviation, squares, n, peak = _fold.centre(np.ascontiguousarray(z))
-    squares[squares <= n * (64 * np.finfo(float).eps * peak) ** 2] = 0.0
+    seen = np.isfinite(z)
+    known, n = np.where(seen, z, 0.0), seen.sum(axis=0)
+    deviation = np.where(seen, z - known.sum(axis=0) / np.maximum(n, 1), 0.0)
+    squares = (deviation**2).sum(axis=0)
+    squares[squares <= n * (64 * np.finfo(float).eps * np.abs(known).max(axis=0)) ** 2] = 0.0
     return deviation, squares, n

@@ -35,12 +35,13 @@ def energy_score(samples: np.ndarray, log_weights: np.ndarray, truth: np.ndarray
         MotionError: wrong shapes, a weight that is NaN or +inf, no sample with a weight above zero, or, with `fair`,
             only one.
     """
-    from motionenv.metrics._belief_kernels import energy
+    from motionenv.metrics._belief_kernel import mean_apart
 
     samples, weights, truth = _belief(samples, log_weights, truth)
     n, m = weights.shape
-    near, apart = np.empty(n), np.empty(n)
-    energy(samples.reshape(n, m, 3 * _JOINTS), weights, truth.reshape(n, 3 * _JOINTS), near, apart)
+    flat, apart = samples.reshape(n, m, 3 * _JOINTS), np.empty(n)
+    near = (weights * np.linalg.norm(flat - truth.reshape(n, 1, 3 * _JOINTS), axis=-1)).sum(axis=-1)
+    mean_apart(flat, weights, apart)
     if not fair:
         return near - 0.5 * apart
     other = 1.0 - (weights**2).sum(axis=1)
@@ -62,13 +63,18 @@ def credible_level(
     `samples`, `log_weights` and `truth` are as in `energy_score`, and so are errors; `seed`, int or Generator, is for
     the ties.
     """
-    from motionenv.metrics._belief_kernels import centrality
+    from scipy.spatial.distance import cdist  # takes a while to import
 
     samples, weights, truth = _belief(samples, log_weights, truth)
     effective = 1.0 / (weights**2).sum(axis=1, keepdims=True)
     pooled = np.concatenate([effective * weights, np.ones_like(effective)], axis=1) / (1.0 + effective)
-    deeper, alike = np.empty((len(samples), _JOINTS)), np.empty((len(samples), _JOINTS))
-    centrality(samples, pooled, truth, deeper, alike)
+    deeper, alike = np.zeros((2, len(samples), _JOINTS))
+    for i, joint in np.ndindex(deeper.shape):
+        points = np.vstack([samples[i, :, joint], truth[i, joint]])
+        mean = cdist(points, points) @ pooled[i]
+        slack = 1e-12 * mean[-1]
+        deeper[i, joint] = pooled[i, mean < mean[-1] - slack].sum()
+        alike[i, joint] = pooled[i, np.abs(mean - mean[-1]) <= slack].sum()
     levels = deeper + random_generator(seed).random(deeper.shape) * alike
     return np.where(np.isfinite(truth).all(axis=-1), levels, np.nan)
 

@@ -29,9 +29,8 @@ RANK = {
     "envs": 10,
     "data": 11,
     "": 12,  # motionenv/__init__.py: the public names
-    "client": 13,
-    "cli": 14,
-    "__main__": 15,
+    "cli": 13,
+    "__main__": 14,
 }
 STAGES = set(RANK) - {"errors", "types"}
 HOME = {
@@ -60,7 +59,6 @@ HOME = {
     "pydantic": {"data"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "httpx": {"client"},
 }
 
 #: Distributions not called like the module that they bring; pyrender asks for the OpenGL and pyglet that it needs.

@@ -1,4 +1,4 @@
-"""The same seed gives the same motion through HTTP, the client, Python, the command line and the environment."""
+"""The same seed gives the same motion through HTTP, Python, the command line and the environment."""
 
 import gymnasium
 import numpy as np
@@ -50,12 +50,6 @@ def test_through_http(server, python, tmp_path, asked):
     file = tmp_path / "walk.npz"
     file.write_bytes(server.http.post("/v1/synthesis", json=body, headers={"Accept": "application/x-npz"}).content)
     same(motionenv.read(file), motion)
-
-
-@pytest.mark.parametrize("asked", ASKED + HEAVY)
-def test_through_the_client(server, python, asked):
-    with motionenv.Client(server.url) as client:
-        same(client.synthesize(seconds=SECONDS, fps=FPS, **asked), python(asked))
 
 
 @pytest.mark.parametrize("asked", ASKED + HEAVY)

@@ -25,7 +25,7 @@ def test_python_blocks_run(server, tmp_path, monkeypatch):
     assert codes
     for code in codes:
         exec(compile(here(code, server), "docs, Python that asks a service", "exec"), names)
-    np.testing.assert_array_equal(names["walk"].poses, walk.poses)
+    np.testing.assert_array_equal(names["walk"]["poses"], walk.poses)
     assert len(names["poses"]) == 30
 
 

@@ -12,6 +12,7 @@ from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.models import cycle
 from motionenv.models.contact_rule import SAMPLES
 from motionenv.models.people import average_person
+from tests.models.eigenwalkers.walks import made_markers
 
 PEOPLE = [(), *np.random.default_rng(3).uniform(-2, 2, (4, 8)).tolist()]
 MODELS = ["walk/fpca", "walk/eigenwalkers", "walk/prior"]
@@ -69,7 +70,7 @@ def test_a_drawn_person_is_the_one_who_walks_over_the_ground(model, asked):
     assert made.stride == pytest.approx(stride, abs=1e-9)
     assert made.body.height == body.height
     if not asked and model.kind != "walking":
-        markers = model.synthesize_markers(made.seconds, SAMPLES / made.seconds, walker=walker).positions
+        markers = made_markers(model, made.seconds, SAMPLES / made.seconds, walker=walker).positions
         placed = made.markers + np.arange(SAMPLES)[:, None, None] / SAMPLES * [made.stride, 0, 0]
         apart = (markers - placed).reshape(-1, 3)
         np.testing.assert_allclose(apart, np.broadcast_to(apart[0], apart.shape), rtol=0, atol=1e-9)

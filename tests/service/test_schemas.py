@@ -38,6 +38,7 @@ from service.schemas.stimuli import StimuliRequest
 from service.schemas.stream import StreamSettings
 from service.schemas.synthesis import Picture, SynthesisRequest
 from service.schemas.tree import SamplesRequest, TreeSynthesisRequest
+from tests.models.eigenwalkers.walks import made_markers
 from tests.service.inside import answers
 
 LIFT = {"points": [[[0.0, 0.0]] * 15] * 30, "fps": 30.0, "unit": "m"}
@@ -211,7 +212,7 @@ def test_responses_are_as_their_schemas_say(tmp_path):
     walk = motionenv.synthesize("walk/fpca", 6, 100, seed=1)
     told = json.loads(to_json(Session((analyse(walk),), {}, shipped_band())))
     assert json.loads(GaitReport.model_validate(told, strict=False).model_dump_json()) == told
-    points = project_markers(motionenv.load("walk/eigenwalkers").synthesize_markers(3.0, 30, seed=5), np.radians(40.0))
+    points = project_markers(made_markers(motionenv.load("walk/eigenwalkers"), 3.0, 30, seed=5), np.radians(40.0))
     found = to_response(motionenv.lift(points, math.radians(40.0)))
     fitted = LiftResponse(**{name: v.tolist() if isinstance(v, np.ndarray) else v for name, v in found.items()})
     assert set(found) == set(LiftResponse.model_fields)

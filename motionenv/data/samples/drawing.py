@@ -3,7 +3,6 @@
 import numpy as np
 
 from motionenv.body.limbs import COLOURS
-from motionenv.data.samples._merge_kernel import put_person
 from motionenv.data.samples.groups import Group
 from motionenv.data.samples.walkers import CLOTHES, LIGHT, PELVIS, SCENERY, WALKERS, generator
 from motionenv.data.specification import Specification
@@ -111,6 +110,10 @@ class Drawing:
 
 
 def _put(other: Frame, number: int, there: np.ndarray, frame: Frame, people: np.ndarray) -> None:
-    nothing = np.empty((0, 0, 0, 3), np.uint8)
-    seen, whole = (nothing if one.rgb is None else one.rgb for one in (other, frame))
-    put_person(np.uint8(number), there, (other.depth, other.limbs, seen), (frame.depth, frame.limbs, whole, people))
+    """Put the pictures `other` of the person `number` into those `there` (m,) of `frame`, wherever it is nearer."""
+    near = other.depth < frame.depth[there]
+    frame.depth[there] = np.where(near, other.depth, frame.depth[there])
+    frame.limbs[there] = np.where(near, other.limbs, frame.limbs[there])
+    people[there] = np.where(near, np.uint8(number), people[there])
+    if frame.rgb is not None and other.rgb is not None:
+        frame.rgb[there] = np.where(near[..., None], other.rgb, frame.rgb[there])

@@ -138,6 +138,11 @@ def gram_blocks(basis: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray([gram[0, :, 0], gram[1, :, 1], gram[2, :, 2], *mixed])
 
 
+def view_factors(d: np.ndarray) -> np.ndarray:
+    """Factors (n, 6) of the six `gram_blocks` in the normal matrices of viewing directions `d` (n, 3)."""
+    return np.concatenate([1 - d**2, -d[:, [0, 0, 1]] * d[:, [1, 2, 2]]], axis=1)
+
+
 @dataclass(frozen=True, eq=False)
 class DataTerms:
     """Inner products for n sequences that show the same markers.

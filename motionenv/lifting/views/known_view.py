@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.representation import OneLine
-from motionenv._core.threads import CHUNK, in_chunks
 from motionenv.errors import MotionError
-from motionenv.lifting.view_geometry import axes
+from motionenv.lifting.view_geometry import axes, depth
 from motionenv.lifting.views._gaussian import (
     SHAPE,
     VARIANCE,
@@ -26,14 +25,16 @@ from motionenv.lifting.views._gaussian import (
     checked_angle,
     checked_sequences,
     common_shape,
+    data_terms,
     gaussian,
     gram_blocks,
     patterns,
+    view_factors,
 )
 from motionenv.models.eigenwalkers.fourier_model import FourierModel
 from motionenv.models.eigenwalkers.fourier_series import columns
 
-_POINTS = SHAPE[0] * SHAPE[1]
+_SINGULAR = 1e-12  # a pivot below this fraction of its diagonal entry is rounding error
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,25 +59,18 @@ class Reconstruction(OneLine):
     @cached_property
     def coefficients(self) -> np.ndarray:
         """(..., 5, 15, 3) [m]: measured coordinates unchanged, all others from the model (eq. 3.16)."""
-        from motionenv.lifting.views._view_kernels import fill
-
-        n = self.alpha.size
-        out = np.empty((n, _POINTS, 3))
-        seen = np.repeat(self.seen.reshape(n, 1, -1), SHAPE[0], axis=1).reshape(n, -1)
-        flat = (self._measured.reshape(n, _POINTS, 2), seen, self.depth.reshape(n, -1), self.scores.reshape(n, -1))
-        views = axes(self.alpha, self.elevation).reshape(n, 3, 3)
-        w2, there, depth, scores = flat
-        basis = self._gaussian.basis
-        in_chunks(lambda i, j: fill(w2[i:j], there[i:j], depth[i:j], scores[i:j], views[i:j], basis, out[i:j]), n)
-        return out.reshape(*self.alpha.shape, *SHAPE, 3)
+        views = axes(self.alpha, self.elevation)
+        told = np.concatenate([self._measured, self.depth[..., None]], axis=-1) @ views[..., None, :, :]
+        if self.seen.all():
+            return told
+        g = self._gaussian
+        return np.where(self.seen[..., None, :, None], told, g.mean + np.tensordot(self.scores, g.components, axes=1))
 
     @cached_property
     def covariance(self) -> np.ndarray:
         """Posterior covariance (..., N, N) [m²] of the scores: the inverse of the normal matrix."""
         out = np.empty((self.alpha.size, *2 * self.scores.shape[-1:]))
-        d = axes(self.alpha, self.elevation)[..., 2, :].reshape(-1, 3)
-        cross = np.stack([d[:, i] * d[:, j] for i, j in ((0, 1), (0, 2), (1, 2))], axis=1)
-        factors = np.concatenate([1 - d**2, -cross], axis=1)
+        factors = view_factors(axes(self.alpha, self.elevation)[..., 2, :].reshape(-1, 3))
         for seen, rows in patterns(self.seen.reshape(-1, SHAPE[1])):
             blocks = gram_blocks(self._gaussian.basis[:, 1:], self._gaussian.weights(seen).reshape(-1))
             normal = np.tensordot(factors[rows], blocks, axes=1) + np.diag(self._gaussian.precision)
@@ -156,29 +150,31 @@ def _reconstruct(model: Gaussian, w2, alpha, elevation) -> Reconstruction:
     shape = common_shape(seen.shape[:-1], np.shape(alpha), np.shape(elevation))
     measured, seen = np.broadcast_to(measured, (*shape, *SHAPE, 2)), np.broadcast_to(seen, (*shape, SHAPE[1]))
     alpha, elevation = (checked_angle(a, n, shape) for a, n in ((alpha, "alpha"), (elevation, "elevation")))
-    n = int(np.prod(shape))
-    scores, depth = np.empty((n, len(model.precision))), np.empty((n, _POINTS))
-    flat = (measured.reshape(n, _POINTS, 2), alpha.reshape(n), elevation.reshape(n))
-    for pattern, rows in patterns(seen.reshape(n, -1)):
-        _solve(model, pattern, rows, *flat, scores, depth)
-    parts = scores.reshape(*shape, -1), depth.reshape(*shape, *SHAPE)
-    return Reconstruction(*parts, alpha, elevation, seen, measured, model)
+    flat = measured.reshape(-1, *SHAPE, 2), alpha.reshape(-1), elevation.reshape(-1)
+    scores = np.empty((len(flat[0]), len(model.precision)))
+    for pattern, rows in patterns(seen.reshape(len(scores), -1)):
+        scores[rows] = _scores(model, pattern, *(values[rows] for values in flat))
+    told = model.mean + np.tensordot(scores, model.components, axes=1)
+    away = depth(told, *flat[1:]).reshape(*shape, *SHAPE)
+    return Reconstruction(scores.reshape(*shape, -1), away, alpha, elevation, seen, measured, model)
 
 
-def _solve(model: Gaussian, seen, rows, w2, alpha, elevation, scores, depth) -> None:
-    from motionenv.lifting.views._view_kernels import known_views
-
-    order = rows[np.lexsort((elevation[rows], alpha[rows]))]
-    new = np.flatnonzero((np.diff(alpha[order]) != 0) | (np.diff(elevation[order]) != 0)) + 1
-    starts = np.concatenate([[0], new, [len(order)]])
-    views = axes(alpha[order[starts[:-1]]], elevation[order[starts[:-1]]])
-    weights = model.weights(seen).reshape(-1)
-    blocks = gram_blocks(model.basis, weights)
-    given = (model.basis, weights, blocks, model.precision, scores, depth)
-    least = max(1, CHUNK * len(views) // len(order))  # a view has several sequences
-    solved = in_chunks(lambda i, j: known_views(w2, order, starts[i : j + 1], views[i:j], *given), len(views), least)
-    if not all(solved):
+def _scores(model: Gaussian, seen: np.ndarray, w2: np.ndarray, alpha: np.ndarray, elevation: np.ndarray) -> np.ndarray:
+    """Scores (n, N) of sequences `w2` (n, 5, 15, 2), which show the markers `seen` (15,), from views (n,)."""
+    places, which = np.unique(np.stack([alpha, elevation]), axis=1, return_inverse=True)
+    views, which = axes(*places), which.reshape(-1)
+    terms = data_terms(model, w2, seen, turning=False, any_place=False)
+    full = np.tensordot(view_factors(views[:, 2]), terms.blocks, axes=1)
+    normal = full[:, 1:, 1:] + np.diag(model.precision)
+    try:
+        pivots = np.diagonal(np.linalg.cholesky(normal), axis1=1, axis2=2) ** 2
+    except np.linalg.LinAlgError:
+        pivots = np.zeros(1)
+    if not (pivots > _SINGULAR * np.diagonal(normal, axis1=1, axis2=2)).all():
         raise MotionError(
             f"{int(seen.sum())} markers don't determine {len(model.precision)} components by least squares: "
             "lower n_components, or use maximum_a_posteriori"
         )
+    shown = views[:, [0, 0, 1, 1, 1], [0, 1, 0, 1, 2]]  # across along x, y, and upwards along x, y, z
+    right = np.einsum("na,nak->nk", shown[which], terms.data[:, :, 0, 1:]) - full[which, 0, 1:]
+    return (np.linalg.inv(normal)[which] @ right[..., None])[..., 0]

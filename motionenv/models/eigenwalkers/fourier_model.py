@@ -32,7 +32,7 @@ from motionenv.models.fpca.observations import Observations, group_centres
 from motionenv.models.people.population import Person, average_person, draw_person
 from motionenv.models.transforms import scaled
 from motionenv.models.types import Components, Cycle, Treadmill, Walker
-from motionenv.types import MARKERS, SPEED_RANGE, Markers, Motion
+from motionenv.types import MARKERS, SPEED_RANGE, Motion
 
 _EXCESS = np.radians(10.0)  # by which a drawn body may exceed its joint limits
 _TRIES = 100
@@ -142,34 +142,6 @@ class FourierModel(GaitModel):
     def score(self, walkers: Sequence[FourierWalker]) -> float:
         """Mean log-density of the scores of `walkers`, given as to `transform`."""
         return float(self.score_samples(self.transform(walkers)).mean())
-
-    def synthesize_markers(
-        self, seconds: float, fps: float = 30.0, *, walker: Walker | None = None,
-        seed: int | np.random.Generator | None = None, speed: float | None = None, phase: float = 0.0,
-        overground: bool = True,
-    ) -> Markers:  # fmt: skip
-        """The 15 markers of a walker over time (eq. 3.3, then 3.1). `synthesize` returns the body fitted to them.
-
-        Args:
-            seconds: duration [s].
-            fps: frames per second.
-            walker: the walker, from `walker`; None draws one with the seed.
-            seed: int or Generator.
-            speed: walking speed [m/s]; None takes the walker's own.
-            phase: phase at the start [cycles]; at 0 the left foot is furthest ahead.
-            overground: False keeps the walker in place, as on a treadmill.
-
-        Raises:
-            MotionError: a number out of range.
-            ModelError: not fitted.
-        """
-        request = Request(seconds, fps, speed, phase=phase)
-        walker = self.walker(seed) if walker is None else walker
-        found, frequency = self._paced(walker, speed, None)
-        positions = found.positions(_phases(frequency, request), overground=overground)
-        if walker.person is not None:
-            positions *= walker.person.height / found.skeleton.height
-        return Markers(MARKERS, positions, fps, name="eigenwalker")
 
     def gait_of(self, walker: Walker) -> Gait:
         """Body and overground path of `walker` at the walker's own speed."""

@@ -94,34 +94,3 @@ def parameters_at(poses, starts, frames, fps, out):
     for i in range(len(frames)):
         start = starts[np.searchsorted(starts, frames[i], side="right") - 1]
         frame_parameters(poses, start, frames[i], fps, earlier, out[i])
-
-
-@kernel
-def local_poses_after(poses, frames, out):
-    """Write the local poses (n, 25) that come one frame after `frames` (n,)."""
-    for i in range(len(frames)):
-        local_pose(poses[frames[i]], poses[frames[i] + 1], out[i])
-
-
-@kernel
-def placed_poses(before, local, out):
-    """Write the poses (k, n, 25) that come after each of `before` (k, 25), in its turns, by `local` (k, n, 25)."""
-    for k in range(len(out)):
-        for i in range(out.shape[1]):
-            placed_pose(before[k], local[k, i], out[k, i])
-            for j in range(3, 25):
-                out[k, i, j] = turned_towards(out[k, i, j], before[k, j])
-
-
-@kernel
-def projected(recent, channels, weights, offset, out):
-    """Write coefficients (n, b) of frames' parameters `recent` (n, 10, 50), the last one last: see `Basis.filter`."""
-    (_, frames, _), p = recent.shape, len(channels)
-    for k in range(len(out)):
-        for i in range(len(offset)):
-            out[k, i] = -offset[i]
-        for lag in range(frames):
-            for j in range(p):
-                value = recent[k, frames - 1 - lag, channels[j]]
-                for i in range(len(offset)):
-                    out[k, i] += value * weights[lag, j, i]

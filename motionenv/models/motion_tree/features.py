@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv.errors import MotionError
-from motionenv.models.motion_tree.feature_kernels import parameters_of, placed_poses
+from motionenv.models.motion_tree.feature_kernels import parameters_of
 
 #: Frames per second of every database (paper C, fig. 5).
 FPS = 30.0
@@ -62,11 +62,12 @@ def placed(before: ArrayLike, steps: ArrayLike) -> np.ndarray:
 
     Angles are within half a turn of those before.
     """
-    before = np.ascontiguousarray(before, dtype=np.float64)
-    steps = np.ascontiguousarray(steps, dtype=np.float64)
-    out = np.empty_like(steps)
-    placed_poses(before.reshape(-1, 25), *(each.reshape(-1, *steps.shape[-2:]) for each in (steps, out)))
-    return out
+    before = np.asarray(before, dtype=np.float64)[..., None, :]
+    out = np.array(steps, dtype=np.float64)
+    c, s, (x, y) = np.cos(before[..., 5]), np.sin(before[..., 5]), np.moveaxis(out[..., :2].copy(), -1, 0)
+    out[..., 0], out[..., 1] = before[..., 0] + c * x - s * y, before[..., 1] + s * x + c * y
+    out[..., 5] += before[..., 5]
+    return turned_towards(out, before)
 
 
 def turned_towards(poses: ArrayLike, aim: ArrayLike) -> np.ndarray:

@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike
 
 from motionenv._core.representation import OneLine
 from motionenv.models.motion_tree.database import Database
-from motionenv.models.motion_tree.feature_kernels import local_poses_after, parameters_at
-from motionenv.models.motion_tree.features import FPS, turned_towards
+from motionenv.models.motion_tree.feature_kernels import parameters_at
+from motionenv.models.motion_tree.features import FPS, local, turned_towards
 from motionenv.models.motion_tree.search.kernel_index import KernelIndex
 from motionenv.models.motion_tree.search.kernel_index_kernels import BLOCK
 
@@ -57,10 +57,8 @@ def steps(database: Database, frames: ArrayLike) -> tuple[np.ndarray, np.ndarray
 
 def following(database: Database, frames: ArrayLike) -> np.ndarray:
     """The first 25 parameters (..., 25) of the frames after `frames` (...), none of which is the last of a sequence."""
-    flat = np.ascontiguousarray(frames, dtype=np.int64).reshape(-1)
-    after = np.empty((len(flat), 25))
-    local_poses_after(database.poses, flat, after)
-    return after.reshape(*np.shape(frames), 25)
+    frames = np.asarray(frames)
+    return local(database.poses[frames], database.poses[frames + 1])
 
 
 def fit_forecast(database: Database, coefficients: np.ndarray) -> Forecast:

@@ -8,7 +8,7 @@ from motionenv.body.skeleton import ANKLE_HEIGHT, NODES, SEGMENTS
 from motionenv.errors import GapError
 from motionenv.models.eigenwalkers.fourier_series import positions_at
 from motionenv.models.eigenwalkers.locomotion import gait
-from tests.models.eigenwalkers.walks import hide
+from tests.models.eigenwalkers.walks import hide, made_markers
 
 ANKLES = [NODES.index("left_ankle"), NODES.index("right_ankle")]
 
@@ -29,7 +29,7 @@ def test_standing_feet_stay_where_they_are(model, seed):
 
 
 def test_the_body_follows_the_markers(model):
-    made, motion = model.synthesize_markers(3.0, 60.0, seed=2), model.synthesize(3.0, 60.0, seed=2)
+    made, motion = made_markers(model, 3.0, 60.0, seed=2), model.synthesize(3.0, 60.0, seed=2)
     distance = np.linalg.norm(markers(motion.poses, motion.skeleton) - made.positions, axis=-1)
     assert np.median(distance) < 0.012
     assert motion.fps == 60.0

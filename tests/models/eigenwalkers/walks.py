@@ -31,6 +31,18 @@ def standing() -> np.ndarray:
     return offsets + np.array([0, 0, 0.93])
 
 
+def made_markers(
+    model, seconds: float, fps: float, *, walker=None, seed=None, speed=None, phase=0.0, overground=True
+) -> Markers:
+    """The markers of a walker of `model` by eq. 3.3, then 3.1, to which `synthesize` fits its bodies."""
+    walker = model.walker(seed) if walker is None else walker
+    found, frequency = model._paced(walker, speed, None)
+    phases = 2 * np.pi * (phase + frequency * np.arange(round(seconds * fps)) / fps)
+    positions = found.positions(phases, overground=overground)
+    size = 1.0 if walker.person is None else walker.person.height / found.skeleton.height
+    return Markers(MARKERS, size * positions, fps)
+
+
 def stride(height=1.75, swing=0.4, lean=0.05, phase=None) -> np.ndarray:
     """Poses (frames, 25) of a plausible walk, made by hand from sines."""
     phase = np.linspace(0, 6 * np.pi, 300) if phase is None else phase

@@ -10,12 +10,13 @@ from motionenv.body import markers
 from motionenv.lifting import project_markers
 from motionenv.models.paths import WalkPath
 from motionenv.render.cameras import fit_view
+from tests.models.eigenwalkers.walks import made_markers
 
 
 @pytest.fixture(scope="module")
 def points():
     """What a camera at 40 degrees sees of an eigenwalker, 3 s."""
-    return project_markers(motionenv.load("walk/eigenwalkers").synthesize_markers(3.0, 30, seed=5), math.radians(40.0))
+    return project_markers(made_markers(motionenv.load("walk/eigenwalkers"), 3.0, 30, seed=5), math.radians(40.0))
 
 
 def asked(points, **more):

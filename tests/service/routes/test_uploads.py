@@ -133,15 +133,13 @@ def test_a_stream_of_ones_own_model_goes_on_when_it_is_replaced(shared, files):
         assert "no model" in json.loads(other.recv())["detail"]
 
 
-def test_the_client_saves_models(shared, files, tmp_path):
+def test_models_are_downloaded_as_files(shared, files, tmp_path):
     added(shared["bert"], files[0], name="copied")
-    with motionenv.Client(str(shared["bert"].base_url), KEYS["bert"]) as client:
-        client.save_model("fitted/copied", tmp_path / "back.npz")
-        assert (tmp_path / "back.npz").read_bytes() == files[0]
-        assert motionenv.load(tmp_path / "back.npz").kind == "walking"
-        with pytest.raises(motionenv.ServiceError, match="no model"):
-            client.save_model("fitted/none", tmp_path / "none.npz")
-        assert not (tmp_path / "none.npz").exists()
+    back = tmp_path / "back.npz"
+    back.write_bytes(shared["bert"].get("/v1/models/fitted/copied/file").content)
+    assert back.read_bytes() == files[0]
+    assert motionenv.load(back).kind == "walking"
+    assert "no model" in shared["bert"].get("/v1/models/fitted/none/file").json()["detail"]
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ import numpy as np
 
 from motionenv._core.principal_axes import signs
 from motionenv.models.motion_tree.database import Database
-from motionenv.models.motion_tree.feature_kernels import parameters_of, projected
+from motionenv.models.motion_tree.feature_kernels import parameters_of
 from motionenv.models.motion_tree.features import FPS, WINDOW
 
 _CHUNK = 16384
@@ -52,10 +52,8 @@ class Basis:
     def coefficients(self, parameters: np.ndarray) -> np.ndarray:
         """Standardised coefficients c / σ (..., b) of the last ten frames of `parameters` (..., frames, 50)."""
         weights, offset = self.filter
-        last = np.ascontiguousarray(parameters[..., -WINDOW:, :])
-        out = np.empty((*last.shape[:-2], len(offset)))
-        projected(last.reshape(-1, WINDOW, 50), self.channels, weights, offset, out.reshape(-1, len(offset)))
-        return out
+        last = parameters[..., : -WINDOW - 1 : -1, self.channels]
+        return last.reshape(*last.shape[:-2], -1) @ weights.reshape(-1, len(offset)) - offset
 
 
 def fit_basis(database: Database, channels: np.ndarray) -> Basis:

@@ -1,21 +1,9 @@
 r"""Exact sampler of p(i | t) ∝ exp(-|z_i - z_t|² / 2β) (paper C, eq. 3 with Observation 1).
 
-Points are stored in a kd-tree with bounding boxes (layout: `kernel_index_kernels`). Rejection sampling draws from
-bounds that are computed lazily:
-
-1. In a box at squared distance D from the probe, each kernel is at most exp(-D / 2β), which bounds their sum.
-2. A draw takes u uniformly below the root's bound and descends: u falls into one child's bound, or beyond all of them.
-3. A node on the path that is visited for the first time is opened: its bound becomes the sum of its children's bounds
-   or, for a leaf, the sum of its points' kernels. The bounds above are summed again; subtraction would cancel.
-4. If u falls beyond the children's bounds, the draw is rejected and repeated with the tightened bounds.
-
-Whichever nodes are open, point i is hit with a probability proportional to its kernel, so accepted draws are exact: the
-total variation distance is that of rounding, about 1e-6. Open nodes only reduce rejections, and stay open for more
-draws from the same probe.
-
-Kernels are scaled so that a point near the probe (the nearest of the leaf that the nearest boxes lead to) has kernel 1.
-If a closer point's kernel could exceed e⁶⁰ (small β, or a probe far from all points), a search finds a closer
-reference point. So nothing overflows, and the sum is never zero.
+Points are stored in a kd-tree with bounding boxes (layout: `kernel_index_kernels`). A point at squared distance D from
+the probe has the kernel exp(-D / 2β). Branch and bound finds the nearest point and all leaves whose boxes are near
+enough that their kernels count; a draw then picks a leaf by the running sum of its kernels, and a point within it. Of
+the sum, at most 1e-6 is left out.
 """
 
 from __future__ import annotations
@@ -32,6 +20,8 @@ from motionenv.models.motion_tree.search import kernel_index_kernels as kernels
 
 _FARTHEST = 1e15  # squares of greater numbers overflow in single precision
 _TOLERANCE = 0.01  # share of a sum of kernels that may be left out
+_SAMPLE = 256  # points from which the axis of a split is chosen
+_CHUNK = 2**16  # points
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,12 +48,18 @@ class KernelIndex:
                 `blocks`, so don't use it afterwards.
             order: (n,) int32, one at least, permuted in place like the points.
         """
-        n = len(order)
-        unit = kernels.FAN ** kernels.first_groups(n)[0]
-        kernels.arrange(rows, order, 0, n, unit)
-        kernels.to_blocks(rows, n)
-        blocks = rows.reshape(-1, rows.shape[1], kernels.BLOCK)
-        return cls(blocks, kernels.make_boxes(blocks, n, -(-rows.shape[1] // 8) * 8), n)
+        n, b = len(order), rows.shape[1]
+        points, places = rows[:n], np.arange(n)
+        _arrange(points, places, kernels.FAN ** kernels.first_groups(n)[0])
+        for column in points.T:  # one by one, as a copy of all may not fit in memory
+            column[:] = column[places]
+        order[:] = order[places]
+        boxes = _boxes(points)
+        rows[n:] = np.inf
+        for i in range(0, len(rows), _CHUNK):
+            part = rows[i : i + _CHUNK]
+            part[:] = part.reshape(-1, kernels.BLOCK, b).swapaxes(1, 2).reshape(part.shape)
+        return cls(rows.reshape(-1, b, kernels.BLOCK), boxes, n)
 
     def coefficients(self, positions: ArrayLike) -> np.ndarray:
         """Coordinates (..., b) float32 of the points at `positions` (...)."""
@@ -129,3 +125,35 @@ class KernelIndex:
                 "leave out or fill missing values"
             )
         return probes, checked_number(beta, "beta (temperature)", above=0)
+
+
+def _arrange(points: np.ndarray, order: np.ndarray, unit: int) -> None:
+    """Sort `order` (m,), indices of `points` (n, b), into the tree's order, in place.
+
+    Splits a range of several units (16ᵐ points) between units, so that only its last group is not full, and by the
+    coordinate of largest mean absolute deviation, which is robust to outliers.
+    """
+    while len(order) > kernels.FAN:
+        while unit >= len(order):
+            unit //= kernels.FAN
+        middle = (-(-len(order) // unit) + 1) // 2 * unit
+        some = points[order[:: max(1, len(order) // _SAMPLE)]]
+        widest = np.abs(some - some.mean(axis=0)).mean(axis=0).argmax()
+        order[:] = order[np.argsort(points[order, widest], kind="stable")]
+        _arrange(points, order[:middle], unit)
+        order = order[middle:]
+
+
+def _boxes(points: np.ndarray) -> np.ndarray:
+    """The boxes (groups, 2, 16, width) of `points` (n, b) in the tree's order."""
+    b, fan, low, high = points.shape[1], kernels.FAN, points, points
+    levels: list[np.ndarray] = []
+    while not levels or len(levels[-1]) > 1:
+        starts = np.arange(0, len(low), fan)
+        low, high = np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts)
+        groups = -(-len(low) // fan)
+        children = np.full((2, groups * fan, b), np.inf, np.float32)
+        children[:, : len(low)] = low, high
+        levels.append(np.zeros((groups, 2, fan, -(-b // 8) * 8), np.float32))
+        levels[-1][..., :b] = children.reshape(2, groups, fan, b).swapaxes(0, 1)
+    return np.concatenate(levels[::-1])

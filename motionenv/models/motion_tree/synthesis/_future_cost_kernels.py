@@ -8,7 +8,8 @@ from motionenv.models.motion_tree.search.kernel_index_kernels import (
     FAN,
     box_distances,
     first_groups,
-    leaf_excess,
+    leaf_distances,
+    push,
     scratch,
 )
 
@@ -58,16 +59,6 @@ def _carry_back(starts, place, way_out, toll, discount, cost):
 
 
 @kernel
-def ahead(poses, starts, frames, horizon, fps, turn, speed):
-    """Write turn (n,) [rad] and mean speed (n,) [m/s] over the next `horizon` frames, or up to the sequence's end."""
-    for i in range(len(frames)):
-        f = frames[i]
-        g = min(f + horizon, starts[np.searchsorted(starts, f, side="right")] - 1)
-        turn[i] = poses[g, 5] - poses[f, 5]
-        speed[i] = np.hypot(poses[g, 0] - poses[f, 0], poses[g, 1] - poses[f, 1]) * fps / (g - f)
-
-
-@kernel
 def nearest_elsewhere(blocks, boxes, n, frames, asked, apart, found, distances):
     """Find the nearest windows elsewhere for each of the positions `asked` (m,): `found` (m, k), nearest first.
 
@@ -82,7 +73,8 @@ def nearest_elsewhere(blocks, boxes, n, frames, asked, apart, found, distances):
 
 @kernel
 def _search(blocks, boxes, n, frames, here, apart, found, distances, work):
-    probe, row, stack = work[2], work[3], work[6]
+    probe, row, stack, bounds = work[:4]
+    away = work[5][0]
     levels, first = first_groups(n)
     probe[: blocks.shape[1]] = blocks[here // BLOCK, :, here % BLOCK]
     stack[0, 0], stack[0, 1] = levels - 1, 0
@@ -91,24 +83,19 @@ def _search(blocks, boxes, n, frames, here, apart, found, distances, work):
         top -= 1
         level, node = stack[top]
         if level < 0:
-            leaf_excess(blocks, node, probe, 0.0, False, row)
-            _take(FAN * node, n, row, frames, here, apart, found, distances)
-            continue
-        box_distances(boxes, first[level] + node, probe, row)
-        nearest = row.argmin()
-        for i in range(FAN + 1):  # the nearest child is pushed last, so that it is visited first
-            k = nearest if i == FAN else i
-            if (i == FAN or i != nearest) and row[k] < distances[-1]:
-                stack[top, 0], stack[top, 1] = level - 1, FAN * node + k
-                top += 1
+            leaf_distances(blocks, node, probe, away)
+            _take(FAN * node, n, away, frames, here, apart, found, distances)
+        else:
+            box_distances(boxes, first[level] + node, probe, row)
+            top = push(row, level, node, distances[-1], stack, bounds, top)
 
 
 @kernel
-def _take(first, n, row, frames, here, apart, found, distances):
-    """Insert the points of a leaf from position `first` on, at squared distances `row` (16,), that are near enough."""
+def _take(first, n, away, frames, here, apart, found, distances):
+    """Insert the points of a leaf from position `first` on, at squared distances `away` (16,), that are near enough."""
     for i in range(min(FAN, n - first)):
-        if row[i] < distances[-1] and abs(frames[first + i] - frames[here]) > apart:
-            _insert(first + i, row[i], frames, apart, found, distances)
+        if away[i] < distances[-1] and abs(frames[first + i] - frames[here]) > apart:
+            _insert(first + i, away[i], frames, apart, found, distances)
 
 
 @kernel

@@ -5,7 +5,7 @@ from collections import namedtuple
 import numpy as np
 
 from motionenv._core.compilation import kernel
-from motionenv._core.random import normal, restart, uniform
+from motionenv._core.random import gaussian, restart, uniform
 from motionenv.models.motion_tree.feature_kernels import (
     MIDDLE,
     frame_parameters,
@@ -69,7 +69,7 @@ def grow(sources, settings, state, poses, stands, offsets, height, key, out):
         _blend(settings.quickness, state, step)
         for c in range(25):
             if settings.noise[c] > 0:
-                step[c] += settings.noise[c] * normal(random)
+                step[c] += settings.noise[c] * gaussian(random)
         _remember(step, state)
         placed_pose(state.pose, step, shown[0])
         if settings.contact:

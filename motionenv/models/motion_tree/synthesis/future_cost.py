@@ -19,7 +19,7 @@ from motionenv.body.kinematics import FOOT_BALL, feet
 from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.models.motion_tree.database import Database
 from motionenv.models.motion_tree.features import FPS, WINDOW
-from motionenv.models.motion_tree.synthesis._future_cost_kernels import ahead, future_cost, nearest_elsewhere
+from motionenv.models.motion_tree.synthesis._future_cost_kernels import future_cost, nearest_elsewhere
 from motionenv.models.motion_tree.synthesis._generator_kernels import HERE
 
 #: Height of the ball's centre on the ground [shares of the body's height].
@@ -99,12 +99,14 @@ def fit_future_cost(database: Database, frames: np.ndarray, blocks: np.ndarray, 
     n = len(frames)
     place = np.full(len(database.poses), -1, dtype=np.int32)
     place[frames] = np.arange(n, dtype=np.int32)
-    turn, speed = np.empty((2, n), dtype=np.float32)
     tails = place[_tails(database.starts)]
     exits = np.empty((len(tails), _EXITS), dtype=np.int32)
     distances = np.empty(exits.shape, dtype=np.float32)
     nearest_elsewhere(blocks, boxes, n, frames, tails, HERE, exits, distances)
-    ahead(database.poses, database.starts, frames, _HORIZON, FPS, turn, speed)
+    ends = np.minimum(frames + _HORIZON, database.starts[np.searchsorted(database.starts, frames, side="right")] - 1)
+    place_and_heading = database.poses[:, [0, 1, 5]]
+    x, y, turn = (place_and_heading[ends] - place_and_heading[frames]).T
+    speed = (np.hypot(x, y) * FPS / (ends - frames)).astype(np.float32)
     sequence = database.sequence_of(frames)
     activities = tuple(sorted(set(database.activities)))
     label = np.array([activities.index(a) for a in database.activities], dtype=np.int16)

@@ -13,14 +13,7 @@ from scipy.stats import chisquare
 
 from motionenv.errors import MotionError
 from motionenv.models.motion_tree.search.kernel_index import KernelIndex
-from motionenv.models.motion_tree.search.kernel_index_kernels import (
-    BLOCK,
-    FAN,
-    first_groups,
-    kernels,
-    reference,
-    scratch,
-)
+from motionenv.models.motion_tree.search.kernel_index_kernels import gather, scratch
 
 BETAS = (0.002, 0.05, 0.2, 1.0)
 
@@ -228,36 +221,17 @@ def test_requests_that_cannot_be(curves):
             index.draw(np.zeros((1, 13)), count, 0.1, 0)
 
 
-def test_the_exponential_is_good_to_four_parts_in_ten_million():
-    x = np.linspace(-86.9, 59.9, 16 * 20000).astype(np.float32)
-    powers, mass = np.empty(16, np.float32), np.empty((1, 16), np.float32)
-    worst = 0.0
-    for row in x.reshape(-1, 16):
-        total = kernels(-row.copy(), np.float32(1), np.float32(1), powers, powers.view(np.int32), mass, 0)
-        exact = np.exp(row.astype(np.float64))
-        worst = max(worst, np.abs(mass[0] / exact - 1).max(), abs(total / exact.sum() - 1))
-    assert worst < 4e-7
-
-
-@pytest.mark.parametrize("steepness", [1.0, 100.0, 1e5])
-def test_no_kernel_is_more_than_e_to_60_times_the_references(steepness):
-    """Boxes built by hand of 40 points on a plane: one group above three leaves."""
-    rng = np.random.default_rng(3)
-    z = rng.normal(size=(40, 2)).astype(np.float32)
-    padded = np.full((2 * BLOCK, 2), np.inf, np.float32)
-    padded[:40] = z
-    blocks = np.ascontiguousarray(padded.reshape(2, BLOCK, 2).transpose(0, 2, 1))
-    boxes = np.full((1, 2, FAN, 8), np.inf, np.float32)
-    for leaf in range(3):
-        points = z[FAN * leaf : FAN * (leaf + 1)]
-        boxes[0, :, leaf] = 0.0
-        boxes[0, 0, leaf, :2], boxes[0, 1, leaf, :2] = points.min(0), points.max(0)
-    levels, first = first_groups(40)
-    *_, row, _, _, stack, bounds, _ = scratch(40, 8)
-    for probe in rng.normal(size=(20, 2)).astype(np.float32):
-        padded_probe = np.zeros(8, np.float32)
-        padded_probe[:2] = probe
-        best, far = reference(blocks, boxes, levels, first, padded_probe, steepness, row, stack, bounds)
-        least = ((z.astype(np.float64) - probe) ** 2).sum(1).min()
-        assert -1e-6 < steepness * (best - least) <= 60
-        assert not far or steepness * best > 60
+@pytest.mark.parametrize("beta", BETAS)
+def test_all_but_a_share_of_the_sum_is_gathered_and_none_twice(curves, beta):
+    index, z = curves
+    work = scratch(index.n, index.boxes.shape[3])
+    for tolerance in (0.1, 1e-3, 1e-6):
+        for probe in z[::500] + np.float32(0.2):
+            found, best = gather(index.blocks, index.boxes, index.n, probe, 0.5 / beta, tolerance, work)
+            leaves, weights, sums = (part[:found] for part in work[-3:])
+            away = ((z.astype(np.float64) - probe) ** 2).sum(axis=1)
+            assert_allclose(best, away.min(), rtol=1e-12)
+            assert len(set(leaves)) == found
+            assert_allclose(np.cumsum(weights.sum(axis=1)), sums, rtol=1e-12)
+            whole = np.exp((best - away) * (0.5 / beta)).sum()
+            assert whole * (1 - tolerance) <= sums[-1] <= whole * (1 + 1e-12)
