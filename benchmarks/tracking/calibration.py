@@ -1,28 +1,30 @@
 """Simulation-based calibration (Talts et al. 2018) of the particle filter: are its beliefs as wide as its errors?
 
-    motionenv bench tracking.calibration [--episodes 100] [--data model] [--data sharp] [--particles 1000] [--csv FILE]
+    motionenv bench tracking.calibration [--episodes 40] [--data found] [--particles 1000] [--split eval]
 
-Data:
+Data, 60 frames at 30 frames/s:
 
-- "model": truths and pictures are drawn from what the filter believes in, so that all that can be wrong are too few
-  particles. A truth is a particle of a filter that sees nothing (60 frames, 30 frames/s, unknown body size, wide
-  start); its silhouette of 64² has pixels turned over with probability 0.4, and the likelihood knows so. With this rate a
-  wrong pixel costs as much, on average, as by the default, tempered likelihood in a clean picture.
-- "sharp": the same with 20 % misses and 10 % false alarms, and pixels that count in full: ten times the information.
-- "given", "found": WalkerTracking (masks of 64²; rendered walkers of other bodies) as `TrackingAgent` sees it, with its
-  first pose given or found by itself, on a split of --split.
+- "model": truths and pictures are drawn from what the filter believes in, so that only too few particles can be wrong.
+  A truth is a particle of a filter that sees nothing, of unknown size and from a rough start. Each pixel of its
+  silhouette (64²) is turned over with probability 0.4, and the likelihood says so, without tempering: a wrong pixel
+  tells about half as much as one of a clean picture does to the default, tempered likelihood.
+- "sharp": the same with 20 % misses and 10 % false alarms: fifteen times as much.
+- "given", "found": WalkerTracking (masks of 64², people whose bodies no prior knows, --split) as `TrackingAgent` sees
+  it, with its first pose given, or found by itself.
 
-The level u of a truth is the belief's share below it: uniform if calibrated. Tables show the share of frames in which
-it is inside the central 50 % and 90 %, means over episodes with 95 % intervals, and in brackets the p-value of a χ² test
-that the last frames' levels, one an episode, fill ten bins equally. Depth is along the ray through the pelvis, sideways
-across it, both on the ground; joints are the 22 angles but the heading; size is the body's.
+The level of a truth is the belief's share below it: uniform if beliefs are calibrated. Tables have the share of frames
+in which truths are inside the central 50 % and 90 %, with 95 % intervals over episodes, and the p-value of a χ² test
+that the last frames' levels, one an episode, fill ten bins equally. Depth is along the ray to the pelvis and sideways
+across it, both on the ground; joints are the 21 angles but the heading; size is the body's.
 
-Ancestors are the effective number 1 / Σ W² of distinct ancestors one second ago, W being the weights of all particles
-that descend from one. The last table shows how often depth is inside its 90 % band, by that number.
+Ancestors are the effective number 1 / Σ W² of distinct ancestors some frames ago, W being the weight of all particles
+that descend from one. The last table has the share of frames, after the first second and with any N, whose depth is
+inside its 90 % band, by that number.
 """
 
 from collections.abc import Iterator
-from typing import Any
+from dataclasses import dataclass
+from itertools import pairwise
 
 import gymnasium
 import numpy as np
@@ -55,7 +57,9 @@ ANGLES = [i for i in range(3, len(POSE)) if i != HEADING]
 AXES = ("depth", "sideways", "height", "heading", "size", *(POSE[i] for i in ANGLES))
 SHOWN = {name: [AXES.index(name)] for name in AXES[:5]} | {"joints": list(range(5, len(AXES)))}
 SECOND = 30  # frames
-EDGES = (0.0, 1.5, 2.5, 4.0, 6.0, 9.0, 14.0, 22.0, 40.0, 80.0, np.inf)
+BACK = (5, 10, SECOND)  # frames after which ancestors are counted
+EDGES = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 14.0, 22.0, 40.0, np.inf)
+RANKS, LEAST = 10, 50  # bins of levels, and least number of frames of which a share is told
 FIRST = {"train": 0, "eval": 5000}  # seeds of a split
 
 
@@ -108,7 +112,9 @@ def drawn(data: str, n: int, frames: int, seed: int) -> Iterator[tuple[Belief, n
         yield belief, truth.poses[0], float(truth.sizes[0]), camera
 
 
-def rendered(data: str, n: int, frames: int, split: str, seed: int) -> Iterator[tuple[Belief, np.ndarray, float, Camera]]:
+def rendered(
+    data: str, n: int, frames: int, split: str, seed: int
+) -> Iterator[tuple[Belief, np.ndarray, float, Camera]]:
     """Beliefs of `TrackingAgent` in an episode of WalkerTracking, as of `drawn`."""
     env = gymnasium.make(
         "motionenv/WalkerTracking-v1", split=split, observation="mask", actions="metric", horizon=frames - 1
@@ -137,16 +143,71 @@ def levels(belief: Belief, pose: np.ndarray, size: float, camera: Camera) -> np.
     return (0.5 * (np.sign(-below) + 1)) @ np.exp(belief.log_weights)
 
 
-def record(data: str, n: int, episodes: int, frames: int, split: str) -> dict[str, np.ndarray]:
-    """Levels (episodes, frames, axes) of truths, and ancestors and effective sample sizes (episodes, frames)."""
-    found: dict[str, Any] = {"levels": [], "ancestors": [], "half": [], "count": [], "effective": []}
+@dataclass(frozen=True, eq=False)
+class Clips:
+    """Levels (episodes, frames, axes) of truths, and ancestors (episodes, frames) for each of `BACK`."""
+
+    levels: np.ndarray
+    ancestors: dict[int, np.ndarray]
+
+    def share(self, axis: str, width: float) -> np.ndarray:
+        """Share (episodes,) of truths inside the central bands of a width."""
+        return (np.abs(self.levels[..., SHOWN[axis]] - 0.5) < 0.5 * width).mean(axis=(1, 2))
+
+    def uniform(self, axis: str) -> float:
+        """p-value of the last frames' levels; one angle per episode where there are many."""
+        which = np.arange(len(self.levels)) % len(SHOWN[axis])
+        last = self.levels[np.arange(len(self.levels)), -1, np.array(SHOWN[axis])[which]]
+        return float(chisquare(np.histogram(last, RANKS, (0, 1))[0]).pvalue)
+
+
+def record(data: str, n: int, episodes: int, frames: int, split: str) -> Clips:
+    """Follow some episodes with `n` particles."""
+    found, ancestors = [], {back: [] for back in BACK}
     for seed in range(episodes):
         clip = drawn(data, n, frames, seed) if data in RATES else rendered(data, n, frames, split, FIRST[split] + seed)
-        rows = [
-            (levels(belief, *truth), distinct(belief, SECOND), [distinct(belief, k) for k in (3, 5, 10, 15, 20)],
-             len(np.unique(belief.state.ancestors[:, -1])), belief.effective)
-            for belief, *truth in clip
-        ]  # fmt: skip
-        for name, column in zip(found, zip(*rows, strict=True), strict=True):
-            found[name].append(np.array(column))
-    return {name: np.array(values) for name, values in found.items()}
+        beliefs = [(levels(belief, *truth), *(distinct(belief, back) for back in BACK)) for belief, *truth in clip]
+        found.append([one[0] for one in beliefs])
+        for i, back in enumerate(BACK):
+            ancestors[back].append([one[1 + i] for one in beliefs])
+    return Clips(np.array(found), {back: np.array(numbers) for back, numbers in ancestors.items()})
+
+
+def inside(some: list[Clips], back: int, low: float, high: float) -> str:
+    """Share of frames after the first second whose depth is inside its 90 % band, and their number."""
+    ancestors = np.concatenate([clips.ancestors[back][:, SECOND:].ravel() for clips in some])
+    depth = np.concatenate([clips.levels[:, SECOND:, 0].ravel() for clips in some])
+    chosen = (ancestors >= low) & (ancestors < high)
+    return f"{(np.abs(depth[chosen] - 0.5) < 0.45).mean():.0%} of {chosen.sum():,}" if chosen.sum() >= LEAST else "–"
+
+
+def main() -> None:
+    """Print tables of coverage, and of coverage by ancestors."""
+    parser = Arguments(__doc__)
+    parser.add_argument("--episodes", type=int, default=40, quick=2)
+    parser.add_argument("--frames", type=int, default=60, quick=SECOND + 2)
+    parser.add_argument("--split", choices=FIRST, default="eval")
+    parser.add_argument("--data", choices=DATA, action="append", help="by default all of them")
+    parser.add_argument("--particles", type=int, action="append", help="by default 100, 300, 1,000 and 5,000")
+    asked = parser.parse_args()
+    print("| data | N | band |", " | ".join(SHOWN), "|\n|-|-|-|" + "-|" * len(SHOWN), flush=True)
+    by_data: dict[str, list[Clips]] = {}
+    for data in asked.data or DATA:
+        for n in asked.particles or ((20,) if asked.quick else PARTICLES):
+            clips = record(data, n, asked.episodes, asked.frames, asked.split)
+            by_data.setdefault(data, []).append(clips)
+            for width in (0.5, 0.9):
+                cells = [cell(mean(clips.share(axis, width)), "{:.0%}") for axis in SHOWN]
+                print(f"| {data} | {n:,} | {width:.0%} |", " | ".join(cells), "|", flush=True)
+            print(
+                f"| {data} | {n:,} | p |", " | ".join(f"{clips.uniform(axis):.2g}" for axis in SHOWN), "|", flush=True
+            )
+    print("\n| data | frames back |", *(f"{low:g} to {high:g} |" for low, high in pairwise(EDGES)))
+    print("|-|-|" + "-|" * (len(EDGES) - 1))
+    for data, some in by_data.items():
+        for back in BACK:
+            print(f"| {data} | {back} |", *(inside(some, back, *edges) + " |" for edges in pairwise(EDGES)), flush=True)
+
+
+if __name__ == "__main__":
+    main()

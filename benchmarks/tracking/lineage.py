@@ -58,4 +58,4 @@ class TracedPrior:
 def distinct(belief: Belief, frames: int) -> float:
     """Effective number 1 / Σ W² of a belief's ancestors so many `frames` ago; W is the weight of all that descend."""
     ancestors = belief.state.ancestors[:, frames - 1]
-    return float(1 / (np.bincount(ancestors, np.exp(belief.log_weights)) ** 2).sum())
+    return max(1.0, float(1 / (np.bincount(ancestors, np.exp(belief.log_weights)) ** 2).sum()))

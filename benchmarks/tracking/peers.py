@@ -1,6 +1,6 @@
 """`ParticleFilter` beside other libraries' filters and smoothers, on the same models and the same data.
 
-    motionenv bench tracking.peers [--clips 10] [--runs 10] [--particles 1000]
+    motionenv bench tracking.peers [--clips 10] [--runs 10] [--particles 1024]
 
 The body deviates from a known walk (`GuidedPrior`: independent autoregressions that keep 0.2 s), and its 15 markers are
 seen in an orthographic view with Gaussian noise (`MarkerLikelihood`), for 40 frames at 30 frames/s:
@@ -9,12 +9,13 @@ seen in an orthographic view with Gaussian noise (`MarkerLikelihood`), for 40 fr
 - "posture": ten unknowns, also heading and the flexions of shoulders, hips and knees; the angles make it nonlinear. Its
   log evidence is that of a guided filter with 20 times as many particles, averaged over ten runs.
 
-Each of the clips is drawn from the model, and filtered in several runs. Error: mean distance of the mean state's markers
-from the true ones [mm]. Log evidence of a clip: mean and standard deviation of its difference from the reference.
-Coverage: share of unknowns inside central 90 % bands. Seconds are those of a clip. Intervals are 95 %, over clips.
+Each of the clips is drawn from the model, and filtered in several runs. Error: mean distance of the mean state's
+markers from the true ones [mm]. Log evidence of a clip: mean and standard deviation of its difference from the
+reference. Coverage: share of unknowns inside central 90 % bands. Seconds (CPU) are those of a clip. Intervals are 95 %,
+over clips.
 
-Peers: `filterpy` (Kalman and unscented filters; Labbe), `particles` (Chopin & Papaspiliopoulos 2020): bootstrap, guided by
-the optimal proposal (of the model linearised at the mean), SQMC, and FFBS by its Metropolis variant. All filters of
+Peers: `filterpy` (Kalman and unscented filters; Labbe), `particles` (Chopin & Papaspiliopoulos 2020): bootstrap, guided
+by the optimal proposal (of the model linearised at the mean), SQMC, and FFBS by its Metropolis variant. All filters of
 particles resample systematically below half the effective sample size, but SQMC, which always does.
 """
 
@@ -84,7 +85,7 @@ class Clip:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """Means (frames, d), levels (frames, d) of the truth in the belief, and the clip's log evidence; NaN of smoothers."""
+    """Means and levels of the truth (frames, d) in the belief, and the clip's log evidence; NaN of smoothers."""
 
     means: np.ndarray
     levels: np.ndarray
@@ -235,7 +236,6 @@ SMOOTHERS: dict[str, Method] = {
     "`filterpy` unscented, RTS": lambda *of: unscented(*of, smooth=True),
     "`particles` FFBS": lambda *of: chopin(*of, "ffbs"),
 }
-ONCE = (kalman, unscented)
 
 
 def reference(model: str, clip: Clip, n: int) -> float:
@@ -274,7 +274,7 @@ def main() -> None:
     parser.add_argument("--clips", type=int, default=10, quick=2)
     parser.add_argument("--runs", type=int, default=10, quick=2)
     parser.add_argument("--frames", type=int, default=FRAMES, quick=5)
-    parser.add_argument("--particles", type=int, default=1000, quick=50)
+    parser.add_argument("--particles", type=int, default=1024, quick=64)
     asked = parser.parse_args()
     needs("particles", "filterpy")
     for model in UNKNOWN:

@@ -1,34 +1,33 @@
-r"""Parameters θ of a scene, such as a body's height, by particle marginal Metropolis-Hastings (Andrieu et al. 2010).
+"""Parameters of a scene, such as a person's height, by particle marginal Metropolis-Hastings (Andrieu et al. 2010).
 
-A bootstrap filter estimates the evidence p(J_1 ... J_T | θ) of a clip without bias. A Metropolis-Hastings chain on such
-estimates has the exact posterior p(θ | J_1 ... J_T), whatever the number of particles; with few, it accepts little.
+A bootstrap filter estimates the evidence p(J_1 ... J_T | θ) of a clip without bias; a Metropolis-Hastings chain on such
+estimates samples the exact p(θ | J_1 ... J_T) with any number of particles. With few, it accepts little.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any, Protocol
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from motionenv._core.validation import checked_number, checked_whole, random_generator
+from motionenv.body import from_height
 from motionenv.errors import MotionError
+from motionenv.likelihoods.silhouette import EFFECTIVE, SilhouetteLikelihood
 from motionenv.tracking.particle_filter import ParticleFilter
+from motionenv.tracking.priors.base import Start
+from motionenv.tracking.priors.fpca import FPCAPrior
+from motionenv.types import Camera
 
-_ACCEPTED = 0.25  # acceptance rate at which warming up aims; noisy evidences favour less than 0.44 (Doucet et al. 2015)
-_REMEMBERED = 20  # steps before the proposal takes the chain's covariance
+_ACCEPTED, _SETTLED = 0.25, 20  # acceptance rate that is aimed at; steps before proposals follow the chain's covariance
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """A positive parameter's prior: log-normal between bounds.
-
-    Attributes:
-        median: in the parameter's unit, and where the chain begins.
-        spread: standard deviation of the log.
-        low, high: bounds.
+    """Prior of a positive parameter: log-normal with a `median` and a `spread` of the log, cut off at `low` and `high`.
 
     Raises:
-        MotionError: a number out of range.
+        MotionError: a spread that isn't above 0, or a median out of bounds.
     """
 
     median: float
@@ -38,27 +37,14 @@ class Unknown:
 
     def __post_init__(self) -> None:
         checked_number(self.spread, "spread", above=0)
-        checked_number(self.median, "median", max(self.low, 1e-300), self.high)
-
-
-class Build(Protocol):
-    """Makes a filter, started before the clip's first frame, for values of the parameters."""
-
-    def __call__(self, seed: np.random.Generator, **values: float) -> ParticleFilter: ...
+        checked_number(self.median, "median", self.low, self.high, above=0)
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Posterior of parameters.
-
-    Attributes:
-        samples: (steps,) of each parameter, of the chain after warming up.
-        log_evidences: (steps,) estimates of the clip's log evidence at the samples.
-        accepted: share of the proposals that the chain took.
-    """
+    """Posterior of parameters: `samples` (steps,) of each, and the share of proposals that the chain `accepted`."""
 
     samples: dict[str, np.ndarray]
-    log_evidences: np.ndarray
     accepted: float
 
     def __repr__(self) -> str:
@@ -72,61 +58,93 @@ class Scene:
 
 
 def estimate_scene(
-    build: Build, observations: Iterable[Mapping[str, Any]], unknown: Mapping[str, Unknown], *, steps: int = 300,
-    warm_up: int = 100, seed: int | np.random.Generator | None = None,
+    build: Callable[..., ParticleFilter], observations: Iterable[Mapping[str, Any]], unknown: Mapping[str, Unknown], *,
+    steps: int = 200, warm_up: int = 100, seed: int | np.random.Generator | None = None,
     on_progress: Callable[[int], None] | None = None,
 ) -> Scene:  # fmt: skip
-    """Sample the posterior of a scene's parameters given a short clip.
+    """Sample the posterior of a scene's parameters, given a short clip.
 
-    The filter should have one layer, and so many particles that repeated log evidences differ by about 1. Its
-    likelihood must be normalised as far as it depends on the parameters: a `SilhouetteLikelihood` must count the same
-    share of its pixels (`temper`) for all heights and cameras, as `silhouettes` sees to.
+    Choose so many particles that repeated log evidences differ by about 1. The likelihood must be normalised as far as
+    it depends on the parameters.
 
     Args:
-        build: called with `seed` and a value for each name in `unknown`; see `Build`.
+        build: given a Generator and parameters by name, makes a filter of one layer and starts it before the clip.
         observations: arguments of the likelihood's `observe`, one per frame.
         unknown: prior of each parameter.
         steps: length of the chain.
-        warm_up: steps before it, in which the proposals adapt to the posterior (Haario et al. 2001).
+        warm_up: steps before it, in which proposals adapt to the posterior (Haario et al. 2001).
         seed: int or Generator.
-        on_progress: called with the number of steps that are done, `warm_up` included.
+        on_progress: called with the number of steps that are done, those of warming up included.
 
     Raises:
-        MotionError: no observations or parameters, or a number out of range, and what `build` and the filter raise.
+        MotionError: no observation or parameter, or a number out of range; and what `build` and its filters raise.
     """
-    clip = list(observations)
-    if not clip or not unknown:
+    clip, names = list(observations), list(unknown)
+    if not clip or not names:
         raise MotionError("estimate_scene needs at least one observation and one unknown parameter")
     steps, warm_up = checked_whole(steps, "steps", 1), checked_whole(warm_up, "warm_up", 0)
-    rng, names = random_generator(seed), list(unknown)
-    middle = np.log([unknown[name].median for name in names])
-    spread = np.array([unknown[name].spread for name in names])
-    low, high = (np.array([getattr(unknown[name], bound) for name in names]) for bound in ("low", "high"))
-
-    def scored(logs: np.ndarray) -> tuple[float, float]:
-        """Log posterior up to a constant, and the estimated log evidence, at the parameters' logs."""
-        if not ((np.exp(logs) >= low) & (np.exp(logs) <= high)).all():
-            return -np.inf, -np.inf
-        tracker = build(rng.spawn(1)[0], **dict(zip(names, np.exp(logs).tolist(), strict=True)))
-        evidence = sum(tracker.step(**seen).log_evidence for seen in clip)
-        return evidence - 0.5 * float((((logs - middle) / spread) ** 2).sum()), evidence
-
-    here, (score, evidence) = middle, scored(middle)
-    root, scale = np.diag(spread), 0.5
-    path, evidences, taken = np.empty((warm_up + steps, len(names))), np.empty(warm_up + steps), 0
+    rng = random_generator(seed)
+    here, path, taken = np.zeros(len(names)), np.empty((warm_up + steps, len(names))), 0
+    root: np.ndarray = np.eye(len(names))
+    now, scale = _score(build, clip, unknown, here, rng), 1.0
     for step in range(warm_up + steps):
         there = here + scale * root @ rng.standard_normal(len(names))
-        proposed, its_evidence = scored(there)
-        chance = float(np.exp(min(0.0, proposed - score))) if np.isfinite(proposed) else 0.0
+        then = _score(build, clip, unknown, there, rng)
+        chance = float(np.exp(min(0.0, then - now))) if then > -np.inf else 0.0
         if rng.random() < chance:
-            here, score, evidence, taken = there, proposed, its_evidence, taken + (step >= warm_up)
-        path[step], evidences[step] = here, evidence
+            here, now, taken = there, then, taken + (step >= warm_up)
+        path[step] = here
         if step < warm_up:
             scale *= float(np.exp((chance - _ACCEPTED) / np.sqrt(step + 1)))
-            if step >= _REMEMBERED:
+            if step >= _SETTLED:
                 recent = np.atleast_2d(np.cov(path[step // 2 : step + 1].T))
-                root = np.linalg.cholesky(recent + 1e-4 * np.diag(spread**2))
+                root = np.linalg.cholesky(recent + 1e-4 * np.eye(len(names)))
         if on_progress is not None:
             on_progress(step + 1)
-    samples = dict(zip(names, np.exp(path[warm_up:]).T, strict=True))
-    return Scene(samples, evidences[warm_up:], taken / steps)
+    samples = [list(_values(unknown, z).values()) for z in path[warm_up:]]
+    return Scene(dict(zip(names, np.array(samples).T, strict=True)), taken / steps)
+
+
+def _values(unknown: Mapping[str, Unknown], z: np.ndarray) -> dict[str, float]:
+    """Parameters that are z (k,) standard deviations from their medians."""
+    pairs = zip(unknown.items(), z, strict=True)
+    return {name: one.median * float(np.exp(one.spread * off)) for (name, one), off in pairs}
+
+
+def _score(build: Callable[..., ParticleFilter], clip: list, unknown: Mapping[str, Unknown], z, rng) -> float:
+    """Estimated log posterior at z (k,), up to a constant."""
+    values = _values(unknown, z)
+    if not all(unknown[name].low <= value <= unknown[name].high for name, value in values.items()):
+        return -np.inf
+    tracker = build(rng.spawn(1)[0], **values)
+    return sum(tracker.step(**seen).log_evidence for seen in clip) - 0.5 * float(z @ z)
+
+
+def silhouettes(camera: Camera, start: Start, *, n: int = 1000, fps: float = 30.0) -> Callable[..., ParticleFilter]:
+    """`build` of `estimate_scene` for walkers' silhouettes; parameters are `height` and `camera_height` [m].
+
+    All heights count the same share of a picture's pixels, as evidences are comparable only then. The `camera` stands
+    still; its own height is the default. The `start` is of the first frame; candidates with heights move away from the
+    camera as they grow. `n` is the number of particles, `fps` the frame rate [Hz].
+    """
+    temper = SilhouetteLikelihood(camera).temper
+
+    def build(rng: np.random.Generator, height: float, camera_height: float = camera.centre[2]) -> ParticleFilter:
+        centre, body = np.array([*camera.centre[:2], camera_height]), from_height(height)
+        likelihood = SilhouetteLikelihood(replace(camera, t=-camera.R @ centre), body, threads=1)
+        likelihood.effective = EFFECTIVE * temper / likelihood.temper
+        tracker = ParticleFilter(FPCAPrior(skeleton=body, fps=fps), likelihood, n, seed=rng)
+        tracker.start(start if start.heights is None else _grown(start, height, centre))
+        return tracker
+
+    return build
+
+
+def _grown(start: Start, height: float, centre: np.ndarray) -> Start:
+    """The `start` with bodies of a `height` [m], as much farther from the `centre` (3,) [m], on the ground."""
+    factors = height / np.asarray(start.heights)[:, None]
+    poses, previous = (
+        np.hstack([centre[:2] + factors * (p[:, :2] - centre[:2]), factors * p[:, 2:3], p[:, 3:]])
+        for p in (start.poses, start.previous)
+    )
+    return replace(start, poses=poses, previous=previous, heights=None)
