@@ -57,7 +57,7 @@ ANGLES = [i for i in range(3, len(POSE)) if i != HEADING]
 AXES = ("depth", "sideways", "height", "heading", "size", *(POSE[i] for i in ANGLES))
 SHOWN = {name: [AXES.index(name)] for name in AXES[:5]} | {"joints": list(range(5, len(AXES)))}
 SECOND = 30  # frames
-BACK = (5, 10, SECOND)  # frames after which ancestors are counted
+BACK = (4, 9, SECOND - 1)  # frames after which ancestors are counted
 EDGES = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 14.0, 22.0, 40.0, np.inf)
 RANKS, LEAST = 10, 50  # bins of levels, and least number of frames of which a share is told
 FIRST = {"train": 0, "eval": 5000}  # seeds of a split

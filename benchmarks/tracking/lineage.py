@@ -10,7 +10,7 @@ from motionenv.tracking import Belief, Prior, Start
 
 @dataclass(frozen=True, eq=False)
 class TracedState:
-    """Particles of another prior, and indices (N, frames) of their ancestors 1, 2, … frames ago.
+    """Particles of another prior, and indices (N, 1 + frames) of their ancestors 0, 1, 2, … frames ago.
 
     Before the first frame, everybody is his own ancestor.
     """
@@ -38,7 +38,7 @@ class TracedPrior:
         self.skeleton, self.fps, self.size = prior.skeleton, prior.fps, prior.size
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> TracedState:
-        alone = np.repeat(np.arange(n, dtype=np.int32)[:, None], self._frames, axis=1)
+        alone = np.repeat(np.arange(n, dtype=np.int32)[:, None], 1 + self._frames, axis=1)
         return TracedState(self._prior.initial(start, n, rng), alone)
 
     def propagate(self, state: TracedState, rng: np.random.Generator) -> TracedState:
@@ -57,5 +57,5 @@ class TracedPrior:
 
 def distinct(belief: Belief, frames: int) -> float:
     """Effective number 1 / Σ W² of a belief's ancestors so many `frames` ago; W is the weight of all that descend."""
-    ancestors = belief.state.ancestors[:, frames - 1]
+    ancestors = belief.state.ancestors[:, frames]
     return max(1.0, float(1 / (np.bincount(ancestors, np.exp(belief.log_weights)) ** 2).sum()))

@@ -32,7 +32,7 @@ from motionenv.render import Raycaster
 from motionenv.render.cameras import fit_view
 from motionenv.tracking import FPCAPrior, ParticleFilter, Start
 from motionenv.tracking.priors.base import SPREAD
-from motionenv.tracking.scene import Scene, Unknown, estimate_scene, silhouettes
+from motionenv.tracking.scene import Scene, Unknown, estimate_scene, walker_filters
 from motionenv.types import Camera, Motion
 
 FPS, FRAMES, SIZE, TALL, DECLARED = 30.0, 30, 128, 1.9, 1.75
@@ -82,7 +82,7 @@ def sized(camera: Camera, start: Start, n: int, seed: int) -> ParticleFilter:
 def estimated(camera: Camera, start: Start, masks: np.ndarray, steps: int, seed: int, **unknown: Unknown) -> Scene:
     """Heights by their prior and a clip's first frames."""
     clip = [{"mask": mask} for mask in masks[:CLIP]]
-    build = silhouettes(camera, start, n=PARTICLES, fps=FPS)
+    build = walker_filters(camera, start, n=PARTICLES, fps=FPS)
     return estimate_scene(build, clip, unknown, steps=steps, warm_up=steps // 2, seed=seed)
 
 
@@ -105,7 +105,7 @@ def compared(
         told = {name: true[name] for name in scene.samples}
         trackers = [sized(said, given(walk, DECLARED, UPRIGHT), asked.tracked, number)]
         for heights in ({"height": DECLARED}, scene.mean, told):
-            build = silhouettes(said, given(walk, heights["height"], SPREAD[2]), n=asked.tracked, fps=FPS)
+            build = walker_filters(said, given(walk, heights["height"], SPREAD[2]), n=asked.tracked, fps=FPS)
             trackers.append(build(np.random.default_rng(number), **heights))
         errors.append([error(tracker, walk, masks) for tracker in trackers])
         scenes.append(scene)

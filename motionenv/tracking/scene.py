@@ -1,7 +1,7 @@
 """Parameters of a scene, such as a person's height, by particle marginal Metropolis-Hastings (Andrieu et al. 2010).
 
-A bootstrap filter estimates the evidence p(J_1 ... J_T | θ) of a clip without bias; a Metropolis-Hastings chain on such
-estimates samples the exact p(θ | J_1 ... J_T) with any number of particles. With few, it accepts little.
+A Metropolis-Hastings chain on a bootstrap filter's unbiased estimates of the evidence p(J_1 ... J_T | θ) samples the
+exact posterior with any number of particles; with few, it accepts little.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -19,6 +19,7 @@ from motionenv.tracking.priors.base import Start
 from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.types import Camera
 
+_Build = Callable[..., ParticleFilter]
 _ACCEPTED, _SETTLED = 0.25, 20  # acceptance rate that is aimed at; steps before proposals follow the chain's covariance
 
 
@@ -58,14 +59,13 @@ class Scene:
 
 
 def estimate_scene(
-    build: Callable[..., ParticleFilter], observations: Iterable[Mapping[str, Any]], unknown: Mapping[str, Unknown], *,
+    build: _Build, observations: Iterable[Mapping[str, Any]], unknown: Mapping[str, Unknown], *,
     steps: int = 200, warm_up: int = 100, seed: int | np.random.Generator | None = None,
     on_progress: Callable[[int], None] | None = None,
 ) -> Scene:  # fmt: skip
     """Sample the posterior of a scene's parameters, given a short clip.
 
-    Choose so many particles that repeated log evidences differ by about 1. The likelihood must be normalised as far as
-    it depends on the parameters.
+    Take so many particles that log evidences vary by about 1, and a likelihood that is normalised for all parameters.
 
     Args:
         build: given a Generator and parameters by name, makes a filter of one layer and starts it before the clip.
@@ -97,8 +97,8 @@ def estimate_scene(
         if step < warm_up:
             scale *= float(np.exp((chance - _ACCEPTED) / np.sqrt(step + 1)))
             if step >= _SETTLED:
-                recent = np.atleast_2d(np.cov(path[step // 2 : step + 1].T))
-                root = np.linalg.cholesky(recent + 1e-4 * np.eye(len(names)))
+                recent = np.cov(path[step // 2 : step + 1].T)
+                root = np.linalg.cholesky(recent.reshape(root.shape) + 1e-4 * np.eye(len(root)))
         if on_progress is not None:
             on_progress(step + 1)
     samples = [list(_values(unknown, z).values()) for z in path[warm_up:]]
@@ -111,7 +111,7 @@ def _values(unknown: Mapping[str, Unknown], z: np.ndarray) -> dict[str, float]:
     return {name: one.median * float(np.exp(one.spread * off)) for (name, one), off in pairs}
 
 
-def _score(build: Callable[..., ParticleFilter], clip: list, unknown: Mapping[str, Unknown], z, rng) -> float:
+def _score(build: _Build, clip: list, unknown: Mapping[str, Unknown], z, rng) -> float:
     """Estimated log posterior at z (k,), up to a constant."""
     values = _values(unknown, z)
     if not all(unknown[name].low <= value <= unknown[name].high for name, value in values.items()):
@@ -120,7 +120,7 @@ def _score(build: Callable[..., ParticleFilter], clip: list, unknown: Mapping[st
     return sum(tracker.step(**seen).log_evidence for seen in clip) - 0.5 * float(z @ z)
 
 
-def silhouettes(camera: Camera, start: Start, *, n: int = 1000, fps: float = 30.0) -> Callable[..., ParticleFilter]:
+def walker_filters(camera: Camera, start: Start, *, n: int = 1000, fps: float = 30.0) -> _Build:
     """`build` of `estimate_scene` for walkers' silhouettes; parameters are `height` and `camera_height` [m].
 
     All heights count the same share of a picture's pixels, as evidences are comparable only then. The `camera` stands

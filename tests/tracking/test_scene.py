@@ -14,7 +14,7 @@ from motionenv.render.cameras import view
 from motionenv.tracking import ParticleFilter, Start
 from motionenv.tracking.priors.base import SPREAD
 from motionenv.tracking.priors.guided import GuidedPrior
-from motionenv.tracking.scene import Unknown, estimate_scene, silhouettes
+from motionenv.tracking.scene import Unknown, estimate_scene, walker_filters
 
 FPS, MEMORY = 30.0, 0.2
 KEEP = np.exp(-1 / (MEMORY * FPS))
@@ -92,7 +92,7 @@ def clip(height, frames=8):
 @pytest.mark.slow
 def test_height_is_distributed_as_evidences_on_a_grid_say():
     seen, camera, start = clip(1.9)
-    build, prior = silhouettes(camera, start, n=500, fps=FPS), Unknown(1.72, 0.07, 1.2, 2.3)
+    build, prior = walker_filters(camera, start, n=500, fps=FPS), Unknown(1.72, 0.07, 1.2, 2.3)
     scene = estimate_scene(build, seen, {"height": prior}, steps=200, warm_up=60, seed=0)
     grid = np.linspace(1.7, 2.1, 15)
     logs = []
@@ -121,12 +121,12 @@ def test_same_seed_same_chain_within_bounds():
 def test_heights_and_cameras_change_what_is_compared_but_not_its_weight():
     _, camera, start = clip(1.75, frames=2)
     found = Start(start.poses, start.log_weights, start.previous, np.zeros(25), heights=np.array([1.75]))
-    build = silhouettes(camera, found, n=4, fps=FPS)
+    build = walker_filters(camera, found, n=4, fps=FPS)
     trackers = {h: build(np.random.default_rng(0), height=h, camera_height=1.6) for h in (1.75, 2.0)}
     assert trackers[2.0].likelihood.camera.centre[2] == pytest.approx(1.6)
     tempers = [t.likelihood.temper for t in trackers.values()]
     assert tempers == pytest.approx(
-        [silhouettes(camera, start, n=4)(np.random.default_rng(0), 1.5).likelihood.temper] * 2
+        [walker_filters(camera, start, n=4)(np.random.default_rng(0), 1.5).likelihood.temper] * 2
     )
     seen = np.zeros((96, 96), bool)
     away = {
