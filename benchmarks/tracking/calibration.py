@@ -8,7 +8,8 @@ Data, 60 frames at 30 frames/s:
   A truth is a particle of a filter that sees nothing, of unknown size and from a rough start. Each pixel of its
   silhouette (64²) is turned over with probability 0.4, and the likelihood says so, without tempering: a wrong pixel
   tells about half as much as one of a clean picture does to the default, tempered likelihood.
-- "sharp": the same with 20 % misses and 10 % false alarms: fifteen times as much.
+- "faint", "sharp": the same with probability 0.48, a twenty-fifth as much, and with 20 % misses and 10 % false alarms,
+  fifteen times as much.
 - "given", "found": WalkerTracking (masks of 64², people whose bodies no prior knows, --split) as `TrackingAgent` sees
   it, with its first pose given, or found by itself.
 
@@ -47,7 +48,7 @@ from motionenv.tracking.initialization import SPREAD
 from motionenv.types import POSE, Camera
 
 FPS, SIZE, DISTANCE = 30.0, 64, 7.0
-RATES = {"model": (0.4, 0.4), "sharp": (0.2, 0.1)}  # misses and false alarms
+RATES = {"faint": (0.48, 0.48), "model": (0.4, 0.4), "sharp": (0.2, 0.1)}  # misses and false alarms
 DATA = (*RATES, "given", "found")
 PARTICLES = (100, 300, 1000, 5000)
 # Of a start: number of candidates, deviations of place [m], heading [rad], and how far before the origin [m].

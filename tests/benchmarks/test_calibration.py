@@ -62,6 +62,7 @@ def test_levels_are_shares_of_the_belief_below_the_truth():
     assert found[calibration.AXES.index("right_knee_flexion")] == pytest.approx(weights[poses[:, 24] < 0].sum())
 
 
+@pytest.mark.slow
 def test_the_filters_own_first_frame_is_calibrated():
     """Before anything is seen, particles and truth come from the same distribution."""
     prior, camera = adults_prior(30.0), view(0.0, distance=7.0, width=64, height=64)
