@@ -71,8 +71,7 @@ def estimate_scene(
         build: given a Generator and parameters by name, makes a filter of one layer and starts it before the clip.
         observations: arguments of the likelihood's `observe`, one per frame.
         unknown: prior of each parameter.
-        steps: length of the chain.
-        warm_up: steps before it, in which proposals adapt to the posterior (Haario et al. 2001).
+        steps, warm_up: of the chain, and before it, in which proposals adapt to the posterior (Haario et al. 2001).
         seed: int or Generator.
         on_progress: called with the number of steps that are done, those of warming up included.
 
@@ -121,16 +120,16 @@ def _score(build: _Build, clip: list, unknown: Mapping[str, Unknown], z, rng) ->
 
 
 def walker_filters(camera: Camera, start: Start, *, n: int = 1000, fps: float = 30.0) -> _Build:
-    """`build` of `estimate_scene` for walkers' silhouettes; parameters are `height` and `camera_height` [m].
+    """`build` of `estimate_scene` for walkers' silhouettes; parameters are `height`, `girth` and `camera_height`.
 
-    All heights count the same share of a picture's pixels, as evidences are comparable only then. The `camera` stands
-    still; its own height is the default. The `start` is of the first frame; candidates with heights move away from the
-    camera as they grow. `n` is the number of particles, `fps` the frame rate [Hz].
+    Heights are in metres, `girth` is a factor on limbs' thickness. All count the same share of a picture's pixels, as
+    evidences are comparable only then. The `camera` stands still, at its own height by default. Candidates of the first
+    frame's `start` that have heights move away as they grow. `n` is the number of particles, `fps` in Hz.
     """
     temper = SilhouetteLikelihood(camera).temper
 
-    def build(rng: np.random.Generator, height: float, camera_height: float = camera.centre[2]) -> ParticleFilter:
-        centre, body = np.array([*camera.centre[:2], camera_height]), from_height(height)
+    def build(rng: np.random.Generator, height: float, girth=1.0, camera_height=camera.centre[2]) -> ParticleFilter:
+        centre, body = np.array([*camera.centre[:2], camera_height]), from_height(height, girth=girth)
         likelihood = SilhouetteLikelihood(replace(camera, t=-camera.R @ centre), body, threads=1)
         likelihood.effective = EFFECTIVE * temper / likelihood.temper
         tracker = ParticleFilter(FPCAPrior(skeleton=body, fps=fps), likelihood, n, seed=rng)

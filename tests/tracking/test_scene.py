@@ -123,6 +123,10 @@ def test_heights_and_cameras_change_what_is_compared_but_not_its_weight():
     found = Start(start.poses, start.log_weights, start.previous, np.zeros(25), heights=np.array([1.75]))
     build = walker_filters(camera, found, n=4, fps=FPS)
     trackers = {h: build(np.random.default_rng(0), height=h, camera_height=1.6) for h in (1.75, 2.0)}
+    stout = build(np.random.default_rng(0), height=1.75, girth=1.2)
+    stouter = stout.likelihood.skeleton.radii / trackers[1.75].likelihood.skeleton.radii
+    assert np.median(stouter) == pytest.approx(1.2)
+    assert (stouter > 1.1).all()
     assert trackers[2.0].likelihood.camera.centre[2] == pytest.approx(1.6)
     tempers = [t.likelihood.temper for t in trackers.values()]
     assert tempers == pytest.approx(
