@@ -10,9 +10,11 @@ from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.tracking.priors.mixture import MixturePrior
 from motionenv.tracking.priors.tree import TreePrior
 from motionenv.tracking.priors.velocity import VelocityPrior
+from motionenv.tracking.scene import Scene, Unknown, estimate_scene, walker_filters
 from motionenv.tracking.video import Film, VideoTrack, find_people, track_video
 
 __all__ = [
-    "Belief", "FPCAPrior", "Film", "MixturePrior", "ParticleFilter", "Prior", "SizedPrior", "Start", "TreePrior",
-    "VelocityPrior", "VideoTrack", "find_people", "track_video",
+    "Belief", "FPCAPrior", "Film", "MixturePrior", "ParticleFilter", "Prior", "Scene", "SizedPrior", "Start",
+    "TreePrior", "Unknown", "VelocityPrior", "VideoTrack", "estimate_scene", "find_people", "track_video",
+    "walker_filters",
 ]  # fmt: skip
