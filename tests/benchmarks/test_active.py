@@ -23,7 +23,7 @@ def test_association_is_the_sum_over_all_assignments():
 
 
 def test_people_in_plain_view_are_found_and_others_remain_anywhere():
-    env = gymnasium.make_vec("motionenv/ActiveTracking-v0", num_envs=8, pillars=0, colour_noise=0.01, noise=0.01)
+    env = gymnasium.make_vec("motionenv/ActiveTracking-v1", num_envs=8, pillars=0, colour_noise=0.01, noise=0.01)
     observation, _ = env.reset(seed=0)
     policy = Policy(env)
     policy.reset(observation)

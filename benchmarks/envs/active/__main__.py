@@ -50,7 +50,7 @@ def strip(path: Path, rows: int, first: int = 60, seed: int = 3) -> None:
     """Write frames of the planner, two seconds apart, each row the square from above and the camera's view."""
     from PIL import Image
 
-    env = gymnasium.make("motionenv/ActiveTracking-Medium-v0", render_mode="rgb_array", split="eval")
+    env = gymnasium.make("motionenv/ActiveTracking-Medium-v1", render_mode="rgb_array", split="eval")
     planner = POLICIES["planner"](env)
     observation, _ = env.reset(seed=seed)
     planner.reset(observation)

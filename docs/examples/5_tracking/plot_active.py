@@ -20,7 +20,7 @@ import motionenv.envs
 gymnasium.register_envs(motionenv.envs)
 
 SECONDS, HALF_VIEW = 12, np.radians(30)
-env = gymnasium.make("motionenv/ActiveTracking-v0", people=3, render_mode="rgb_array")
+env = gymnasium.make("motionenv/ActiveTracking-v1", people=3, render_mode="rgb_array")
 
 
 def episode(pan: float):

@@ -1,31 +1,19 @@
 """Particles of `Beliefs`, compiled."""
 
-import numba
 import numpy as np
 
+from motionenv._core.compilation import kernel, part
+from motionenv._core.random import gaussian, restart, uniform
 from motionenv.envs.active.scene_kernel import (
-    INNER,
-    MAST,
-    NARROW,
-    OUTER,
-    SPEEDS,
-    WIDE,
-    appear,
-    gaussian,
-    hidden,
-    inside,
-    restart,
-    sight,
-    stroll,
-    uniform,
+    ASPECT, INNER, MAST, NARROW, OUTER, SPEEDS, WIDE, appear, hidden, inside, sharpness, sight, stroll,
 )  # fmt: skip
 
-kernel = numba.njit(nogil=True, error_model="numpy")
-
-_SWAY = 0.1  # [m] of what is seen of a body about its position
+_SWAY = 0.06  # [m] of what is seen of a body about its position
+_HALF = 0.25  # [m] about the middle of a body, in which its edges count as seen or unseen
 _MIDDLE = 0.53  # of the body's height
 _JUMP = 1e-3  # share of the belief that anybody could be anywhere
-_JITTER = 0.05, 0.1, 0.05  # [m], [rad], [m/s] of particles
+_WIDTH = 0.7  # of kernels about particles, relative to Silverman's
+_JITTER = 0.02, 0.1, 0.05  # [m], [rad], [m/s] of particles
 _AREA = np.pi * (OUTER**2 - INNER**2)
 
 
@@ -41,7 +29,7 @@ def scatter(slots, keys, pillars, particles) -> None:
 
 
 @kernel
-def weigh(cameras, pillars, heights, hues, found, noise, particles, weights, unseen, gains) -> None:
+def weigh(cameras, pillars, heights, hues, found, noise, widths, particles, weights, unseen, gains) -> None:
     """Compare `particles` (n, people, m, 4) with detections `found` (n, people, 5).
 
     Rows of `found` are u, v, height of what is seen relative to the body's, number of points (0: none), hue. Fills
@@ -50,40 +38,68 @@ def weigh(cameras, pillars, heights, hues, found, noise, particles, weights, uns
     """
     m = particles.shape[2]
     for e in range(len(particles)):
-        blur = noise[1] * NARROW ** cameras[e, 2]
+        blur, sharp = noise[1] * NARROW ** cameras[e, 2], (1.0 - noise[2]) * sharpness(cameras[e], noise[3])
         for k in range(particles.shape[1]):
             missing = 0.0
             for i in range(m):
                 p = particles[e, k, i]
-                u, v, _ = sight(cameras[e], p[0], p[1], _MIDDLE * heights[e, k])
-                out = not inside(u, v) or hidden(p[0], p[1], pillars[e])
-                unseen[e, k, i] = 1.0 if out else noise[2]
+                unseen[e, k, i] = 1.0 - sharp * _visible(cameras[e], pillars[e], p[0], p[1], _MIDDLE * heights[e, k])
                 missing += unseen[e, k, i] / m
             for d in range(found.shape[1]):
                 if found[e, d, 3] == 0:
                     break
-                total = _match(cameras[e], found[e, d], heights[e, k], noise[0], particles[e, k], weights[e, k, d])
+                total = _match(cameras[e], found[e, d], heights[e, k], noise[0], widths[e, k], particles[e, k],
+                               weights[e, k, d])  # fmt: skip
                 off = (found[e, d, 4] - hues[e, k] + np.pi) % (2 * np.pi) - np.pi
                 gains[e, k, d] = np.log(total) - np.log(missing) - 0.5 * (off / blur) ** 2
 
 
-@kernel
-def _match(camera, detection, height, noise, particles, weights) -> float:
-    """Fill `weights` (1 + m,) of particles for a detection; returns their sum."""
+@part
+def _visible(camera, pillars, x, y, z) -> float:
+    """Chance that enough of a body about (x, y, z) [m] is in view, and not behind a pillar: of three points in it."""
+    u, v, depth = sight(camera, x, y, z)
+    margin = 2.0 * _HALF / (max(depth, 1.0) * WIDE * NARROW ** camera[2])
+    if abs(u) > 1.0 + margin or abs(v) > ASPECT + margin:
+        return 0.0
+    count, far = 0.0, np.hypot(x, y)
+    for side in (-_HALF, 0.0, _HALF):
+        a, b = x - side * y / far, y + side * x / far
+        u, v, _ = sight(camera, a, b, z + side)
+        count += inside(u, v) and not hidden(a, b, pillars)
+    return count / 3.0
+
+
+@part
+def _match(camera, detection, height, noise, width, particles, weights) -> float:
+    """Fill `weights` (1 + m,) of particles, kernels of a `width` [m], for a detection; returns their sum."""
     z, m, half = detection[2] * height, len(particles), WIDE * NARROW ** camera[2]
     x, y = _ground(camera, detection[0], detection[1], z)
     depth = sight(camera, x, y, z)[2]
     weights[0] = total = _JUMP / _AREA * (depth * half) ** 2 * depth / (MAST - z)  # ∫ likelihood dx dy
     for i in range(m):
         u, v, deep = sight(camera, particles[i, 0], particles[i, 1], z)
-        square = noise**2 / detection[3] + (_SWAY / (max(deep, 1.0) * half)) ** 2
-        away = (u - detection[0]) ** 2 + (v - detection[1]) ** 2
-        weights[1 + i] = (1 - _JUMP) * np.exp(-0.5 * away / square) / (2 * np.pi * square * m)
+        a, b = _variances(half, max(deep, 1.0), z, width)
+        a, b = a + _error(detection, noise, half, deep), b + _error(detection, noise, half, deep)
+        away = (u - detection[0]) ** 2 / a + (v - detection[1]) ** 2 / b
+        weights[1 + i] = (1 - _JUMP) * np.exp(-0.5 * away) / (2 * np.pi * np.sqrt(a * b) * m)
         total += weights[1 + i]
     return total
 
 
-@kernel
+@part
+def _error(detection, noise, half, depth) -> float:
+    """Variance of a detection's coordinates, with that of how a body sways."""
+    return noise**2 / detection[3] + (_SWAY / (max(depth, 1.0) * half)) ** 2
+
+
+@part
+def _variances(half, depth, z, width):
+    """Variances of image coordinates of a kernel of a `width` [m] on the ground."""
+    square = (width / (depth * half)) ** 2
+    return square, square * ((MAST - z) / depth) ** 2
+
+
+@part
 def _ground(camera, u, v, z):
     """Where (x, y) [m] the ray through (u, v) meets the height z [m]; as far as the square reaches at most."""
     half = WIDE * NARROW ** camera[2]
@@ -118,7 +134,7 @@ def share(gains, counts, shares) -> None:
             _marginals(factors[k], before[k], after[k + 1], shares[e, k])
 
 
-@kernel
+@part
 def _assign(factors, before, after) -> None:
     """Add one more person with `factors` (detections,) to the sums (sets,) over who has which detections."""
     for taken in range(len(before)):
@@ -128,7 +144,7 @@ def _assign(factors, before, after) -> None:
                 after[taken | 1 << d] += factors[d] * before[taken]
 
 
-@kernel
+@part
 def _marginals(factors, before, after, shares) -> None:
     """Fill `shares` (1 + detections,) of a person from the sums (sets,) over those before and those after."""
     shares[0] = (before * after).sum()
@@ -140,7 +156,9 @@ def _marginals(factors, before, after, shares) -> None:
 
 
 @kernel
-def renew(keys, time, cameras, pillars, heights, found, shares, weights, unseen, noise, motion, particles, sums):
+def renew(
+    keys, time, cameras, pillars, heights, found, shares, weights, unseen, noise, motion, widths, particles, sums
+) -> None:
     """Resample `particles` (n, people, m, 4) given `shares`, sum them up, and move them on.
 
     `sums` (n, people, 3) become mean x, y and standard deviation [m]. `motion` is the chance of a turn and the time of
@@ -150,37 +168,59 @@ def renew(keys, time, cameras, pillars, heights, found, shares, weights, unseen,
     for e in range(len(particles)):
         restart(state, keys[e], 1 + time[e])
         for k in range(particles.shape[1]):
-            cloud, chances, jumps = particles[e, k], np.zeros(m), np.zeros(found.shape[1])
-            chances += shares[e, k, 0] / unseen[e, k].sum() * unseen[e, k]
+            cloud, chances, jumps = particles[e, k], np.zeros((1 + found.shape[1], m)), np.zeros(found.shape[1])
+            chances[0] = shares[e, k, 0] / unseen[e, k].sum() * unseen[e, k]
             for d in range(len(jumps)):
                 if shares[e, k, 1 + d] > 0:
                     each = shares[e, k, 1 + d] / weights[e, k, d].sum()
-                    chances += each * weights[e, k, d, 1:]
+                    chances[1 + d] = each * weights[e, k, d, 1:]
                     jumps[d] = each * weights[e, k, d, 0]
-            _resample(state, chances, cloud)
-            for i in range(m):
+            old = cloud.copy()
+            for i, at in enumerate(_resampled(state, chances.sum(axis=0))):
+                cloud[i] = old[at]
+                d = _drawn(state, chances[:, at]) - 1
                 if uniform(state) < jumps.sum():
-                    d = min(np.searchsorted(np.cumsum(jumps), jumps.sum() * uniform(state)), len(jumps) - 1)
-                    _spring(state, cameras[e], found[e, d], heights[e, k], noise[0], cloud[i])
+                    d = _drawn(state, jumps)
+                    _spring(state, cameras[e], found[e, d], heights[e, k], noise[0], np.inf, cloud[i])
+                    cloud[i, 2], cloud[i, 3] = (
+                        2 * np.pi * uniform(state),
+                        SPEEDS[0] + (SPEEDS[1] - SPEEDS[0]) * uniform(state),
+                    )
+                elif d >= 0:
+                    _spring(state, cameras[e], found[e, d], heights[e, k], noise[0], widths[e, k], cloud[i])
             _sum(cloud, sums[e, k])
             for i in range(m):
                 _move(state, cloud[i], pillars[e], motion)
+            widths[e, k] = _WIDTH * sums[e, k, 2] * m ** (-1.0 / 6.0)
 
 
-@kernel
-def _resample(state, chances, cloud) -> None:
-    """Systematic resampling of particles (m, 4) (Kitagawa 1996)."""
-    old, step, at, reached = cloud.copy(), chances.sum() / len(cloud), 0, chances[0]
+@part
+def _drawn(state, chances) -> int:
+    """An index, drawn in proportion to `chances`."""
+    goal, reached = chances.sum() * uniform(state), 0.0
+    for i in range(len(chances)):
+        reached += chances[i]
+        if goal < reached:
+            return i
+    return len(chances) - 1
+
+
+@part
+def _resampled(state, chances):
+    """Indices (m,) of particles, drawn systematically (Kitagawa 1996)."""
+    m, at, reached = len(chances), 0, chances[0]
+    drawn, step = np.empty(m, np.intp), chances.sum() / m
     goal = step * uniform(state)
-    for i in range(len(cloud)):
-        while reached < goal and at < len(cloud) - 1:
+    for i in range(m):
+        while reached < goal and at < m - 1:
             at += 1
             reached += chances[at]
         goal += step
-        cloud[i] = old[at]
+        drawn[i] = at
+    return drawn
 
 
-@kernel
+@part
 def _move(state, walk, pillars, motion) -> None:
     """Move a particle on by a frame, with a little noise, which keeps particles apart."""
     walk[0] += _JITTER[0] * gaussian(state)
@@ -190,16 +230,20 @@ def _move(state, walk, pillars, motion) -> None:
     stroll(state, walk, pillars, motion[0], motion[1])
 
 
-@kernel
-def _spring(state, camera, detection, height, noise, walk) -> None:
-    """Draw `walk` (4,) where a detection is, in any direction."""
-    spread = noise / np.sqrt(detection[3])
-    u, v = detection[0] + spread * gaussian(state), detection[1] + spread * gaussian(state)
-    walk[0], walk[1] = _ground(camera, u, v, detection[2] * height)
-    walk[2], walk[3] = 2.0 * np.pi * uniform(state), SPEEDS[0] + (SPEEDS[1] - SPEEDS[0]) * uniform(state)
+@part
+def _spring(state, camera, detection, height, noise, width, walk) -> None:
+    """Move `walk` (4,), a kernel of a `width` [m], to where a detection may be: as a Kalman filter does, and a draw."""
+    z, half = detection[2] * height, WIDE * NARROW ** camera[2]
+    u, v, depth = sight(camera, walk[0], walk[1], z)
+    a, b = _variances(half, max(depth, 1.0), z, width)
+    error = _error(detection, noise, half, depth)
+    p, q = (1.0, 1.0) if width == np.inf else (a / (a + error), b / (b + error))
+    u += p * (detection[0] - u) + np.sqrt(p * error) * gaussian(state)
+    v += q * (detection[1] - v) + np.sqrt(q * error) * gaussian(state)
+    walk[0], walk[1] = _ground(camera, u, v, z)
 
 
-@kernel
+@part
 def _sum(cloud, sums) -> None:
     """Mean position and standard deviation of a coordinate of particles (m, 4)."""
     sums[0], sums[1] = cloud[:, 0].mean(), cloud[:, 1].mean()
