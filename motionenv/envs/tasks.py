@@ -53,9 +53,9 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
         {"horizon": 600},
         {"turn_seconds": 4.0, "dropout": 0.25, "noise": 0.07},
         {
-            "Easy": {"people": 3, "pillars": 4, "colour_noise": 0.1, "turn_seconds": 20.0},
-            "Medium": {"people": 4, "pillars": 8},
-            "Hard": {"people": 5, "pillars": 12, "noise": 0.08, "turn_seconds": 8.0},
+            "Easy": {"people": 2, "pillars": 4, "colour_noise": 0.1, "turn_seconds": 20.0},
+            "Medium": {"people": 3, "pillars": 8},
+            "Hard": {"people": 4, "pillars": 12, "noise": 0.08, "turn_seconds": 8.0},
         },
     ),
     "ArmTracking-v1": (

@@ -43,23 +43,14 @@ class Beliefs:
         return f"Beliefs({self._env!r}, particles={self.particles.shape[2]})"
 
     def reset(self, observation, began=None) -> None:
-        """Forget ended episodes: anybody may be anywhere; see `motionenv.envs.agents.evaluation.Agent`.
-
-        Args:
-            observation: of the environment.
-            began: (n,) bool, which episodes begin; None is all.
-        """
+        """Forget ended episodes: anybody may be anywhere. `observation` and `began` are as of `Still.reset`."""
         slots = np.arange(len(self._keys)) if began is None else np.flatnonzero(began)
         self._keys[slots], self._time[slots] = self._rng.integers(2**64, size=len(slots), dtype=np.uint64), 0
         self._widths[slots] = OUTER / 2 * self.particles.shape[2] ** (-1 / 6)
         scatter(slots, self._keys, self.batched(observation)["pillars"], self.particles)
 
     def update(self, observation) -> None:
-        """Take account of an observation, once per frame.
-
-        Args:
-            observation: of the environment.
-        """
+        """Take account of an `observation` of the environment, once per frame."""
         seen = self.batched(observation)
         found = self._found(seen)
         cameras, pillars, heights = seen["camera"], seen["pillars"], seen["roster"][..., 0].copy()
@@ -76,21 +67,13 @@ class Beliefs:
         self.means, self.sigmas, self.seen = sums[..., :2], sums[..., 2], 1 - shares[..., 0]
 
     def action(self, commands) -> np.ndarray:
-        """The environment's action: the beliefs, and commands for the camera.
-
-        Args:
-            commands: (n, 3) rates of pan, tilt and zoom from -1 to 1; (3,) for a single environment.
-        """
+        """The environment's action: the beliefs, and `commands` (n, 3), rates of pan, tilt and zoom from -1 to 1."""
         beliefs = np.concatenate([self.means, self.sigmas[..., None]], axis=-1)
         said = np.concatenate([np.reshape(commands, (-1, 3)), beliefs.reshape(len(beliefs), -1)], axis=-1)
         return self._env.action(said if self._vector else said[0])
 
     def batched(self, observation) -> dict[str, np.ndarray]:
-        """An observation with a leading axis, float64.
-
-        Args:
-            observation: of the environment, single or vector.
-        """
+        """An `observation` of the environment, single or vector, with a leading axis, float64."""
         return {k: np.asarray(v, np.float64) if self._vector else np.float64(v)[None] for k, v in observation.items()}
 
     def _found(self, seen: dict[str, np.ndarray]) -> np.ndarray:

@@ -4,17 +4,16 @@ import numpy as np
 
 from motionenv._core.compilation import kernel, part
 from motionenv._core.random import gaussian, restart, uniform
-from motionenv.envs.active.scene_kernel import (
-    ASPECT, INNER, MAST, NARROW, OUTER, SPEEDS, WIDE, appear, hidden, inside, sharpness, sight, stroll,
-)  # fmt: skip
+from motionenv.envs.active import scene_kernel as scene
 
 _SWAY = 0.06  # [m] of what is seen of a body about its position
 _HALF = 0.25  # [m] about the middle of a body, in which its edges count as seen or unseen
 _MIDDLE = 0.53  # of the body's height
+_MOST = 0.999  # chance that somebody in view is detected
 _JUMP = 1e-3  # share of the belief that anybody could be anywhere
 _WIDTH = 0.7  # of kernels about particles, relative to Silverman's
 _JITTER = 0.02, 0.1, 0.05  # [m], [rad], [m/s] of particles
-_AREA = np.pi * (OUTER**2 - INNER**2)
+_AREA = np.pi * (scene.OUTER**2 - scene.INNER**2)
 
 
 @kernel
@@ -25,7 +24,7 @@ def scatter(slots, keys, pillars, particles) -> None:
         restart(state, keys[e], 0)
         for k in range(particles.shape[1]):
             for i in range(particles.shape[2]):
-                appear(state, particles[e, k, i], pillars[e])
+                scene.appear(state, particles[e, k, i], pillars[e])
 
 
 @kernel
@@ -38,7 +37,10 @@ def weigh(cameras, pillars, heights, hues, found, noise, widths, particles, weig
     """
     m = particles.shape[2]
     for e in range(len(particles)):
-        blur, sharp = noise[1] * NARROW ** cameras[e, 2], (1.0 - noise[2]) * sharpness(cameras[e], noise[3])
+        blur, sharp = (
+            noise[1] * scene.NARROW ** cameras[e, 2],
+            min((1.0 - noise[2]) * scene.sharpness(cameras[e], noise[3]), _MOST),
+        )
         for k in range(particles.shape[1]):
             missing = 0.0
             for i in range(m):
@@ -57,27 +59,27 @@ def weigh(cameras, pillars, heights, hues, found, noise, widths, particles, weig
 @part
 def _visible(camera, pillars, x, y, z) -> float:
     """Chance that enough of a body about (x, y, z) [m] is in view, and not behind a pillar: of three points in it."""
-    u, v, depth = sight(camera, x, y, z)
-    margin = 2.0 * _HALF / (max(depth, 1.0) * WIDE * NARROW ** camera[2])
-    if abs(u) > 1.0 + margin or abs(v) > ASPECT + margin:
+    u, v, depth = scene.sight(camera, x, y, z)
+    margin = 2.0 * _HALF / (max(depth, 1.0) * scene.WIDE * scene.NARROW ** camera[2])
+    if abs(u) > 1.0 + margin or abs(v) > scene.ASPECT + margin:
         return 0.0
     count, far = 0.0, np.hypot(x, y)
     for side in (-_HALF, 0.0, _HALF):
         a, b = x - side * y / far, y + side * x / far
-        u, v, _ = sight(camera, a, b, z + side)
-        count += inside(u, v) and not hidden(a, b, pillars)
+        u, v, _ = scene.sight(camera, a, b, z + side)
+        count += scene.inside(u, v) and not scene.hidden(a, b, pillars)
     return count / 3.0
 
 
 @part
 def _match(camera, detection, height, noise, width, particles, weights) -> float:
     """Fill `weights` (1 + m,) of particles, kernels of a `width` [m], for a detection; returns their sum."""
-    z, m, half = detection[2] * height, len(particles), WIDE * NARROW ** camera[2]
+    z, m, half = detection[2] * height, len(particles), scene.WIDE * scene.NARROW ** camera[2]
     x, y = _ground(camera, detection[0], detection[1], z)
-    depth = sight(camera, x, y, z)[2]
-    weights[0] = total = _JUMP / _AREA * (depth * half) ** 2 * depth / (MAST - z)  # ∫ likelihood dx dy
+    depth = scene.sight(camera, x, y, z)[2]
+    weights[0] = total = _JUMP / _AREA * (depth * half) ** 2 * depth / (scene.MAST - z)  # ∫ likelihood dx dy
     for i in range(m):
-        u, v, deep = sight(camera, particles[i, 0], particles[i, 1], z)
+        u, v, deep = scene.sight(camera, particles[i, 0], particles[i, 1], z)
         a, b = _variances(half, max(deep, 1.0), z, width)
         a, b = a + _error(detection, noise, half, deep), b + _error(detection, noise, half, deep)
         away = (u - detection[0]) ** 2 / a + (v - detection[1]) ** 2 / b
@@ -96,18 +98,18 @@ def _error(detection, noise, half, depth) -> float:
 def _variances(half, depth, z, width):
     """Variances of image coordinates of a kernel of a `width` [m] on the ground."""
     square = (width / (depth * half)) ** 2
-    return square, square * ((MAST - z) / depth) ** 2
+    return square, square * ((scene.MAST - z) / depth) ** 2
 
 
 @part
 def _ground(camera, u, v, z):
     """Where (x, y) [m] the ray through (u, v) meets the height z [m]; as far as the square reaches at most."""
-    half = WIDE * NARROW ** camera[2]
+    half = scene.WIDE * scene.NARROW ** camera[2]
     cp, sp, ct, st = np.cos(camera[0]), np.sin(camera[0]), np.cos(camera[1]), np.sin(camera[1])
     ahead, down = ct + half * v * st, half * v * ct - st
-    far = (MAST - z) / down if down > 0.0 else np.inf
+    far = (scene.MAST - z) / down if down > 0.0 else np.inf
     reach = np.hypot(ahead, half * u)
-    far = min(far, OUTER / reach)
+    far = min(far, scene.OUTER / reach)
     return far * (cp * ahead + sp * half * u), far * (sp * ahead - cp * half * u)
 
 
@@ -175,19 +177,14 @@ def renew(
                     each = shares[e, k, 1 + d] / weights[e, k, d].sum()
                     chances[1 + d] = each * weights[e, k, d, 1:]
                     jumps[d] = each * weights[e, k, d, 0]
-            old = cloud.copy()
+            old, total = cloud.copy(), jumps.sum()
             for i, at in enumerate(_resampled(state, chances.sum(axis=0))):
                 cloud[i] = old[at]
-                d = _drawn(state, chances[:, at]) - 1
-                if uniform(state) < jumps.sum():
-                    d = _drawn(state, jumps)
-                    _spring(state, cameras[e], found[e, d], heights[e, k], noise[0], np.inf, cloud[i])
-                    cloud[i, 2], cloud[i, 3] = (
-                        2 * np.pi * uniform(state),
-                        SPEEDS[0] + (SPEEDS[1] - SPEEDS[0]) * uniform(state),
-                    )
-                elif d >= 0:
-                    _spring(state, cameras[e], found[e, d], heights[e, k], noise[0], widths[e, k], cloud[i])
+                jumped = uniform(state) < total
+                d = _drawn(state, jumps) if jumped else _drawn(state, chances[:, at]) - 1
+                if d >= 0:
+                    width = np.inf if jumped else widths[e, k]
+                    _spring(state, cameras[e], found[e, d], heights[e, k], noise[0], width, cloud[i])
             _sum(cloud, sums[e, k])
             for i in range(m):
                 _move(state, cloud[i], pillars[e], motion)
@@ -226,18 +223,27 @@ def _move(state, walk, pillars, motion) -> None:
     walk[0] += _JITTER[0] * gaussian(state)
     walk[1] += _JITTER[0] * gaussian(state)
     walk[2] += _JITTER[1] * gaussian(state)
-    walk[3] = min(max(walk[3] + _JITTER[2] * gaussian(state), SPEEDS[0]), SPEEDS[1])
-    stroll(state, walk, pillars, motion[0], motion[1])
+    walk[3] = min(max(walk[3] + _JITTER[2] * gaussian(state), scene.SPEEDS[0]), scene.SPEEDS[1])
+    scene.stroll(state, walk, pillars, motion[0], motion[1])
 
 
 @part
 def _spring(state, camera, detection, height, noise, width, walk) -> None:
-    """Move `walk` (4,), a kernel of a `width` [m], to where a detection may be: as a Kalman filter does, and a draw."""
-    z, half = detection[2] * height, WIDE * NARROW ** camera[2]
-    u, v, depth = sight(camera, walk[0], walk[1], z)
+    """Move `walk` (4,), a kernel of a `width` [m], to where a detection may be: a draw from what a Kalman filter says.
+
+    With an infinite width it comes from anywhere, and walks in any direction.
+    """
+    z, half = detection[2] * height, scene.WIDE * scene.NARROW ** camera[2]
+    u, v, depth = scene.sight(camera, walk[0], walk[1], z)
     a, b = _variances(half, max(depth, 1.0), z, width)
     error = _error(detection, noise, half, depth)
-    p, q = (1.0, 1.0) if width == np.inf else (a / (a + error), b / (b + error))
+    p, q = a / (a + error), b / (b + error)
+    if width == np.inf:
+        p = q = 1.0
+        walk[2], walk[3] = (
+            2.0 * np.pi * uniform(state),
+            scene.SPEEDS[0] + (scene.SPEEDS[1] - scene.SPEEDS[0]) * uniform(state),
+        )
     u += p * (detection[0] - u) + np.sqrt(p * error) * gaussian(state)
     v += q * (detection[1] - v) + np.sqrt(q * error) * gaussian(state)
     walk[0], walk[1] = _ground(camera, u, v, z)

@@ -7,9 +7,7 @@ the person's mean; with person -1 it is the direction that particle and zoom say
 import numpy as np
 
 from motionenv._core.compilation import kernel, part
-from motionenv.envs.active.scene_kernel import (
-    ACCELERATIONS, ASPECT, MAST, NARROW, OUTER, RATES, WIDE, hidden, sharpness, steer,
-)  # fmt: skip
+from motionenv.envs.active import scene_kernel as scene
 
 LEVEL = 0.9  # [m] at which people are looked at
 _LOST = 6.0  # [m] error of the belief about a person who could be anywhere
@@ -28,9 +26,9 @@ def towards(camera, pan, tilt, zoom, dt, command) -> None:
     """Fill `command` (3,): turn as fast as can be braked in time to reach `pan`, `tilt` [rad] and `zoom`."""
     errors = _turn(pan - camera[0]), tilt - camera[1], zoom - camera[2]
     for i in range(3):
-        brake = 0.5 * ACCELERATIONS[i] * dt  # it acts in whole steps
-        rate = min(np.sqrt(brake**2 + 2 * ACCELERATIONS[i] * abs(errors[i])) - brake, abs(errors[i]) / dt)
-        command[i] = min(rate / RATES[i], 1.0) * np.sign(errors[i])
+        brake = 0.5 * scene.ACCELERATIONS[i] * dt  # it acts in whole steps
+        rate = min(np.sqrt(brake**2 + 2 * scene.ACCELERATIONS[i] * abs(errors[i])) - brake, abs(errors[i]) / dt)
+        command[i] = min(rate / scene.RATES[i], 1.0) * np.sign(errors[i])
 
 
 @kernel
@@ -55,9 +53,9 @@ def _foresee(cloud, pillars, dt, ways, free) -> None:
                 gone = p[3] * dt * (h + 1)
                 x, y = p[0] + gone * np.cos(p[2]), p[1] + gone * np.sin(p[2])
                 far = np.hypot(x, y)
-                x, y, far = min(1.0, OUTER / far) * x, min(1.0, OUTER / far) * y, min(OUTER, far)
-                ways[h, k, i, 0], ways[h, k, i, 1] = np.arctan2(y, x), np.arctan2(LEVEL - MAST, far)
-                free[h, k, i] = not hidden(x, y, pillars)
+                x, y, far = min(1.0, scene.OUTER / far) * x, min(1.0, scene.OUTER / far) * y, min(scene.OUTER, far)
+                ways[h, k, i, 0], ways[h, k, i, 1] = np.arctan2(y, x), np.arctan2(LEVEL - scene.MAST, far)
+                free[h, k, i] = not scene.hidden(x, y, pillars)
                 s, c, t = s + y / far, c + x / far, t + ways[h, k, i, 1]
             ways[h, k, m, 0], ways[h, k, m, 1] = np.arctan2(s, c), t / m
 
@@ -74,8 +72,8 @@ def _aim(goal, ways):
 @part
 def _edges(tilt, zoom):
     """How far [rad] from a camera's direction people are surely seen, across and down."""
-    half = _MARGIN * WIDE * NARROW**zoom
-    return half / np.cos(tilt), ASPECT * half
+    half = _MARGIN * scene.WIDE * scene.NARROW**zoom
+    return half / np.cos(tilt), scene.ASPECT * half
 
 
 @part
@@ -91,7 +89,7 @@ def _in_view(pan, tilt, edges, way) -> bool:
 def _observe(camera, ways, free, noise, growth, errors) -> float:
     """Update expected `errors` (people, m) [m] with a look at particles; returns their mean."""
     edges, total = _edges(camera[1], camera[2]), 0.0
-    found = (1.0 - noise[2]) * sharpness(camera, noise[3])
+    found = (1.0 - noise[2]) * scene.sharpness(camera, noise[3])
     for k in range(errors.shape[0]):
         for i in range(errors.shape[1]):
             error = errors[k, i] = min(errors[k, i] + growth, max(_LOST, errors[k, i]))
@@ -104,8 +102,10 @@ def _observe(camera, ways, free, noise, growth, errors) -> float:
 @part
 def _time(camera, pan, tilt) -> float:
     """About how long [s] it takes to turn to `pan` and `tilt`."""
-    apart = max(abs(_turn(pan - camera[0])), abs(tilt - camera[1]) * RATES[0] / RATES[1])
-    return min(2.0 * np.sqrt(apart / ACCELERATIONS[0]), apart / RATES[0] + RATES[0] / ACCELERATIONS[0])
+    apart = max(abs(_turn(pan - camera[0])), abs(tilt - camera[1]) * scene.RATES[0] / scene.RATES[1])
+    return min(
+        2.0 * np.sqrt(apart / scene.ACCELERATIONS[0]), apart / scene.RATES[0] + scene.RATES[0] / scene.ACCELERATIONS[0]
+    )
 
 
 @part
@@ -140,10 +140,10 @@ def _outcome(camera, goals, first, ways, free, noise, dt, growth, dwell, errors)
             goal, looked = _best_next(camera, goals, ways[h], free[h], errors, dwell), 0.0
         pan, tilt, zoom = _aim(goals[goal], ways[h])
         towards(camera, pan, tilt, zoom, dt, command)
-        steer(camera, command, dt)
+        scene.steer(camera, command, dt)
         total += _observe(camera, ways[h], free[h], noise, growth * dt, errors)
         if _in_view(camera[0], camera[1], _edges(camera[1], camera[2]), (pan, tilt)):
-            looked += dt * sharpness(camera, noise[3])
+            looked += dt * scene.sharpness(camera, noise[3])
     return total / len(ways)
 
 
@@ -153,13 +153,14 @@ def look_at(cameras, aims, blur, dt, looked) -> None:
     for e in range(len(cameras)):
         edges = _edges(cameras[e, 1], cameras[e, 2])
         if _in_view(cameras[e, 0], cameras[e, 1], (0.5 * edges[0], 0.5 * edges[1]), (aims[e, 0], aims[e, 1])):
-            looked[e] += dt * sharpness(cameras[e], blur)
+            looked[e] += dt * scene.sharpness(cameras[e], blur)
 
 
 @kernel
 def plan(slots, cameras, pillars, clouds, sigmas, goals, breadth, steps, noise, growth, dwell, dt, aims) -> None:
-    """Fill `aims` (n, 3), pan, tilt and zoom of the best of the `breadth` most worthwhile `goals` (g, 3), looking `steps` of `dt` [s] ahead.
+    """Fill `aims` (n, 3), pan, tilt and zoom of the best of `goals` (g, 3), for some `slots`.
 
+    Of the goals, the `breadth` most worthwhile are tried, looking `steps` of `dt` [s] ahead.
     `clouds` (n, people, m, 4) are particles, `sigmas` (n, people) their standard deviations [m], which grow by `growth`
     [m/s]. A look takes `dwell` [s].
     """
@@ -181,6 +182,6 @@ def plan(slots, cameras, pillars, clouds, sigmas, goals, breadth, steps, noise, 
             value = _outcome(cameras[e].copy(), goals, g, ways, free, noise, dt, growth, dwell, errors)
             if value < least:
                 least = value
-                pan, tilt, zoom = _aim(goals[g], ways[0])
+                pan, tilt, _ = _aim(goals[g], ways[0])
                 arrival = min(int(_time(cameras[e], pan, tilt) / dt), steps - 1)
                 aims[e, 0], aims[e, 1], aims[e, 2] = _aim(goals[g], ways[arrival])

@@ -10,7 +10,7 @@
 split "train".
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -96,45 +96,16 @@ class Still:
         return seen["camera"][:, :3]
 
 
-class Pattern(NamedTuple):
-    """Where `Sweep` looks when.
-
-    Attributes:
-        step, seconds: the view turns by so many radians every so many seconds.
-        tilts: two tilts [rad], in turn.
-        rounds: whether the tilt changes with each turn around, instead of each step.
-        back: number of steps after which the direction is reversed; 0 is never.
-        zoom: from 0 to 1.
-    """
-
-    step: float = 0.6
-    seconds: float = 0.5
-    tilts: tuple[float, float] = (-0.33, -0.5)
-    rounds: bool = True
-    back: int = 0
-    zoom: float = 0.0
-
-
 class Sweep(Still):
-    """Looks around in a `pattern`, whatever it sees; by default the best that `benchmarks.envs.active.open_loop` found.
+    """Looks around in steps, whatever it sees: the best open-loop policy found by `benchmarks.envs.active.open_loop`."""
 
-    `env`, `seed` and `particles` are as of `Still`.
-    """
-
-    def __init__(
-        self, env: Any, seed: int | None = 0, particles: int = PARTICLES, pattern: Pattern = Pattern()
-    ) -> None:
-        super().__init__(env, seed, particles)
-        self.pattern = pattern
+    step, seconds, tilts, zoom = 0.45, 0.43, (-0.38, -0.45), 0.0  # of pan [rad], of a step, of every other step [rad]
 
     def aims(self, seen: dict[str, np.ndarray]) -> np.ndarray:
-        """The next place of the pattern; of what is `seen` nothing matters."""
-        p = self.pattern
-        count = np.floor(self._age / (self.scene.fps * p.seconds) + 1e-9)
-        steps = np.abs((count + p.back) % (2 * p.back) - p.back) if p.back else count
-        turns = np.floor(count * abs(p.step) / (2 * np.pi)) if p.rounds else count
-        tilts = np.array(p.tilts)[(turns % 2).astype(int)]
-        return np.stack([self._first + steps * p.step, tilts, np.full(len(tilts), p.zoom)], axis=-1)
+        """The next place; of what is `seen` nothing matters."""
+        steps = np.floor(self._age / (self.scene.fps * self.seconds)).astype(int)
+        zooms = np.full(len(steps), self.zoom)
+        return np.stack([self._first + self.step * steps, np.array(self.tilts)[steps % 2], zooms], axis=-1)
 
 
 class Greedy(Sweep):
@@ -143,7 +114,7 @@ class Greedy(Sweep):
     A belief wider than `lost` [m] has no place to look at: then it looks around as `Sweep` does.
     """
 
-    wide, lost = 1.0, 3.0  # standard deviations in half the image, [m]
+    wide, lost = 2.0, 2.0  # standard deviations in half the image, [m]
 
     def aims(self, seen: dict[str, np.ndarray]) -> np.ndarray:
         """Where the widest belief is; see `Still.aims` for `seen`."""
@@ -160,20 +131,20 @@ class Planner(Still):
     """Looks ahead: next where the errors of all beliefs are expected to become least.
 
     Goals are people, single particles of them, and directions. Those with most expected error in view for the time that
-    it takes to turn there are tried by a rollout (Bertsekas & Castañon 1999): after a goal come those that are then most
-    worthwhile. The rollout knows how the camera turns and blurs, and whom pillars hide; it takes people to walk straight
-    on. A new goal is chosen once the last one has been seen, or after `patience` [s].
+    it takes to turn there are tried by a rollout (Bertsekas & Castañon 1999), in which each goal is followed by what is
+    then most worthwhile. The rollout knows how the camera turns and blurs, and whom pillars hide; it takes people to
+    walk straight on. A new goal is chosen once the last one has been seen, or after `patience` [s].
     """
 
-    seconds, step = 2.4, 0.2  # of rollouts, and of their steps [s]
-    drawn, some, ways, tilts = 64, 8, 20, (-0.33, -0.5)  # particles, goals among them, directions, tilts [rad]
-    breadth, growth, dwell, patience = 8, 0.4, 0.2, 2.0  # goals tried, [m/s] of errors, [s] a look, [s]
+    seconds, step = 3.2, 0.2  # of rollouts, and of their steps [s]
+    drawn, some, ways, tilts = 64, 8, 20, (-0.36, -0.5)  # particles, goals among them, directions, tilts [rad]
+    breadth, growth, dwell, patience = 14, 0.3, 0.2, 2.0  # goals tried, [m/s] of errors, [s] a look, [s]
 
     def __init__(self, env: Any, seed: int | None = 0, particles: int = PARTICLES) -> None:
         super().__init__(env, seed, particles)
         n = len(self._age)
         self._aims, self._looked, self._since = np.zeros((n, 3)), np.zeros(n), np.zeros(n)
-        self.drawn = min(self.drawn, particles)
+        self.drawn, self._steps = min(self.drawn, particles), round(self.seconds / self.step)
         rows = [(k, i, 0.0) for k in range(self.scene.people) for i in (self.drawn, *range(min(self.some, self.drawn)))]
         rows += [(-1, w, t) for t in self.tilts for w in np.linspace(-np.pi, np.pi, self.ways, endpoint=False)]
         self._goals = np.array(rows, dtype=float)
@@ -187,8 +158,8 @@ class Planner(Still):
             (self._age == 0) | (self._looked > self.dwell - dt / 4) | (self._since > self.patience - dt / 4)
         )
         some = cloud[:, :, self._rng.choice(cloud.shape[2], self.drawn, replace=False)]
-        plan(due, seen["camera"], seen["pillars"], some, self.beliefs.sigmas, self._goals, self.breadth,
-             round(self.seconds / self.step), self.scene.sensor, self.growth, self.dwell, self.step, self._aims)  # fmt: skip
+        known = seen["camera"], seen["pillars"], some, self.beliefs.sigmas, self._goals, self.breadth
+        plan(due, *known, self._steps, self.scene.sensor, self.growth, self.dwell, self.step, self._aims)
         self._looked[due] = self._since[due] = 0.0
         return self._aims
 

@@ -127,7 +127,7 @@ def inside(u, v) -> bool:
 
 @part
 def sharpness(camera, blur) -> float:
-    """Share of detections that a turning camera keeps: exp(-s²), s the halves of an image that it moves in `blur` [s]."""
+    """Share of detections that a turning camera keeps: exp(-s²), if it moves by s halves of the image in `blur` [s]."""
     rate = np.hypot(camera[3] * np.cos(camera[1]), camera[4])
     return np.exp(-((blur * rate / (WIDE * NARROW ** camera[2])) ** 2))
 

@@ -36,7 +36,7 @@ _RADII, _APART = (0.4, 1.0), 0.25  # [m] of pillars, variation of hues relative 
 class ActiveArguments(Arguments):
     """Arguments of `motionenv.envs.active.ActiveTracking`, checked."""
 
-    people: int = 4
+    people: int = 3
     pillars: int = 8
     noise: float = 0.05
     colour_noise: float = 0.2
@@ -262,7 +262,7 @@ class ActiveTracking(TrackingEnv):
     Truncated after `horizon` estimates; never terminated.
 
     ## Arguments
-    - `people=4`, `pillars=8`: numbers of people and pillars, at most 8 and 24.
+    - `people=3`, `pillars=8`: numbers of people and pillars, at most 8 and 24.
     - `noise=0.05`: standard deviation of the points' coordinates, in units of half the image's width.
     - `colour_noise=0.2`: standard deviation of hues [rad] in the widest view; zooming in halves it.
     - `dropout=0.1`: probability that a visible person isn't detected in a frame by a camera that stands still.
