@@ -74,7 +74,8 @@ class Beliefs:
 
     def batched(self, observation) -> dict[str, np.ndarray]:
         """An `observation` of the environment, single or vector, with a leading axis, float64."""
-        return {k: np.asarray(v, np.float64) if self._vector else np.float64(v)[None] for k, v in observation.items()}
+        rows = {name: np.asarray(value, np.float64) for name, value in observation.items()}
+        return rows if self._vector else {name: value[None] for name, value in rows.items()}
 
     def _found(self, seen: dict[str, np.ndarray]) -> np.ndarray:
         """Detections (n, people, 5): u, v, relative height, number of points, hue."""
