@@ -97,7 +97,7 @@ class Still:
 
 
 class Sweep(Still):
-    """Looks around in steps, whatever it sees: the best open-loop policy found by `benchmarks.envs.active.open_loop`."""
+    """Looks around in steps: the best open-loop policy that `benchmarks.envs.active.open_loop` found."""
 
     step, seconds, tilts, zoom = 0.45, 0.43, (-0.38, -0.45), 0.0  # of pan [rad], of a step, of every other step [rad]
 

@@ -112,8 +112,8 @@ def test_episodes_end_by_time_only():
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"people": 0}, {"people": 9}, {"pillars": -1}, {"noise": 0}, {"colour_noise": np.nan}, {"dropout": 1}, {"blur": -1},
-        {"turn_seconds": "2"}, {"effort": -1}, {"fps": 0}, {"horizon": 2.5}, {"split": "test"},
+        {"people": 0}, {"people": 9}, {"pillars": -1}, {"noise": 0}, {"colour_noise": np.nan}, {"dropout": 1},
+        {"blur": -1}, {"turn_seconds": "2"}, {"effort": -1}, {"fps": 0}, {"horizon": 2.5}, {"split": "test"},
         {"render_mode": "ansi"},
     ],
     ids=str,
