@@ -16,7 +16,7 @@ def evaluate(
         str,
         typer.Argument(
             help="mean-pose, blob, constant-velocity, particle-filter, oracle, or module:factory, where factory(env) "
-            "makes an agent."
+            "makes an agent. In ActiveTracking: still, sweep, greedy, planner, oracle."
         ),
     ],
     task: Annotated[str, typer.Option(help="Id of a task, such as motionenv/WalkerTracking-Easy-v1.")],
@@ -43,4 +43,5 @@ def evaluate(
         with atomic_write(out) as part:
             part.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     low, high = (1000 * bound for bound in result["error_interval"])
-    typer.echo(f"{1000 * result['mean_error']:.1f} mm per joint (95 %: {low:.1f} to {high:.1f}), {episodes} episodes")
+    what = "person" if "ActiveTracking" in task else "joint"
+    typer.echo(f"{1000 * result['mean_error']:.1f} mm per {what} (95 %: {low:.1f} to {high:.1f}), {episodes} episodes")

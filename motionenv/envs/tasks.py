@@ -49,13 +49,13 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
             "Hard": {"gaps": 0.75, "gap_seconds": 1.5, "noise": 0.03, "dropout": 0.2, "distance": 5.0},
         },
     ),
-    "ActiveTracking-v0": (
-        {"horizon": 200},
-        {"turn_seconds": 3.0, "dropout": 0.25, "noise": 0.07},
+    "ActiveTracking-v1": (
+        {"horizon": 600},
+        {"turn_seconds": 4.0, "dropout": 0.25, "noise": 0.07},
         {
-            "Easy": {"people": 3, "pillars": 4, "colour_noise": 0.1, "turn_seconds": 10.0},
-            "Medium": {"people": 4, "pillars": 8},
-            "Hard": {"people": 6, "pillars": 14, "noise": 0.08, "turn_seconds": 4.0},
+            "Easy": {"people": 2, "pillars": 4, "colour_noise": 0.1, "turn_seconds": 20.0},
+            "Medium": {"people": 3, "pillars": 8},
+            "Hard": {"people": 4, "pillars": 12, "noise": 0.08, "turn_seconds": 8.0},
         },
     ),
     "ArmTracking-v1": (
@@ -108,7 +108,7 @@ ENVIRONMENTS = {
     "motionenv/WalkerTracking-v1": "motionenv.envs.walker:WalkerTracking",
     "motionenv/MarkerTracking-v1": "motionenv.envs.markers:MarkerTracking",
     "motionenv/ArmTracking-v1": "motionenv.envs.arm:ArmTracking",
-    "motionenv/ActiveTracking-v0": "motionenv.envs.active.tracking:ActiveTracking",
+    "motionenv/ActiveTracking-v1": "motionenv.envs.active.tracking:ActiveTracking",
 }
 
 

@@ -83,7 +83,7 @@ def test_signatures_show_arguments_and_a_wrong_name_gets_the_nearest(name):
 def test_reprs_are_a_line():
     walker = WalkerTracking(observation="mask", horizon=60)
     assert repr(walker) == "WalkerTracking(observation='mask', 64x64, horizon 60)"
-    assert repr(motionenv.envs.ActiveTrackingVector(2)) == "ActiveTrackingVector(2, 4 people, 8 pillars, horizon 200)"
+    assert repr(motionenv.envs.ActiveTrackingVector(2)) == "ActiveTrackingVector(2, 3 people, 8 pillars, horizon 600)"
     assert repr(MarkerTracking()) == "MarkerTracking(motion='walk/eigenwalkers', horizon 200)"
 
 

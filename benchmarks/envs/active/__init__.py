@@ -1,1 +1,3 @@
-"""Benchmarks of ActiveTracking: an estimator, policies that look, and reinforcement learning."""
+"""Benchmarks of ActiveTracking: what looking is worth, the best open-loop policy, and reinforcement learning."""
+
+LEVELS = "Easy", "Medium", "Hard"

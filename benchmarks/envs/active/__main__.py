@@ -1,10 +1,12 @@
-"""Policies in ActiveTracking: rewards on split "eval", and how much of them is planning, with 95 % intervals.
+"""Agents in ActiveTracking: rewards on split "eval", and what looking is worth, with 95 % intervals.
 
-    motionenv bench envs.active [--episodes 208] [--difficulty Medium] [--learned ppo=ppo.pt]
+    motionenv bench envs.active [--episodes 256] [--levels Easy Medium Hard] [--learned ppo=ppo.pt]
 
-All policies share the estimator (`beliefs`), episodes and seeds, so that differences between them are paired by episode
-and come from looking. Their settings were chosen on split "train" (seed 0); networks come from `ppo`. `--strip FILE`
-writes frames of the planner instead.
+All share the estimator (`motionenv.envs.active.Beliefs`), episodes and seeds, so that differences between them are
+paired by episode and come from looking. Rewards are also given as shares of the range from the still camera to the
+oracle, who knows where everybody is. Settings were chosen on split "train", those of the sweep by
+`motionenv bench envs.active.open_loop`; networks come from `ppo`. "myopic" is the planner with rollouts of 0.4 s,
+"index" has none and takes what is most worthwhile at once. `--strip FILE` writes frames of the planner instead.
 """
 
 from pathlib import Path
@@ -14,44 +16,64 @@ import numpy as np
 
 import motionenv.envs  # noqa: F401 (registers the environments)
 from benchmarks import Arguments, scratch
-from benchmarks.envs.active.policies import POLICIES
+from benchmarks.envs.active import LEVELS
+from motionenv.envs.active import Greedy, Oracle, Planner, Still, Sweep
 from motionenv.envs.agents import evaluate
 
-LEVELS = "Easy", "Medium", "Hard"
-ENVS = 52  # at once
+ENVS = 64  # at once
 
 
-def interval(values: np.ndarray) -> str:
+class Myopic(Planner):
+    """The planner with short rollouts."""
+
+    seconds = 0.4
+
+
+class Index(Planner):
+    """The planner without rollouts."""
+
+    seconds, breadth = 0.4, 1
+
+
+#: By name; the first two are the ends of the range.
+POLICIES = {
+    "still": Still, "oracle": Oracle, "sweep": Sweep, "greedy": Greedy, "index": Index, "myopic": Myopic,
+    "planner": Planner,
+}  # fmt: skip
+
+
+def interval(values: np.ndarray, digits: int = 3) -> str:
     """Mean and 95 % interval of the mean."""
-    half = 1.96 * values.std(ddof=1) / np.sqrt(len(values))
-    return f"{values.mean():.3f} ({values.mean() - half:.3f} to {values.mean() + half:.3f})"
+    half, mean = 1.96 * values.std(ddof=1) / np.sqrt(len(values)), values.mean()
+    return f"{mean:.{digits}f} ({mean - half:.{digits}f} to {mean + half:.{digits}f})"
 
 
-def table(makers: dict, episodes: int, difficulty: str, seed: int = 1) -> None:
-    """Print a row for each policy: mean reward per estimate, error, and the difference from the greedy policy."""
-    print(f"\n{difficulty}, {episodes} episodes of split eval\n")
-    print("| policy | reward per estimate | error [m] | reward relative to greedy |\n|-|-|-|-|")
-    greedy = None
-    for name, make in makers.items():
-        rewards, error = played(make, episodes, difficulty, seed)
-        better = "–" if greedy is None else interval(rewards - greedy)
-        greedy = rewards if name == "greedy" else greedy
-        print(f"| {name} | {interval(rewards)} | {error:.2f} | {better} |", flush=True)
+def table(makers: dict, episodes: int, level: str, seed: int = 1) -> None:
+    """Print a row for each policy: rewards, errors, shares of the range, and what the planner has more of it."""
+    print(f"\n{level}, {episodes} episodes of split eval\n")
+    print("| policy | reward per estimate [m] | error [m] | share of the range | planner's share more |\n|-|-|-|-|-|")
+    found = {name: played(make, episodes, level, seed) for name, make in makers.items()}
+    low, high = (found[name][0].mean() for name in ("still", "oracle"))
+    for name, (rewards, error) in found.items():
+        share = (rewards - low) / (high - low)
+        more = (found["planner"][0] - rewards) / (high - low)
+        better = interval(more) if name not in ("oracle", "planner") else "–"
+        print(f"| {name} | {interval(rewards)} | {error:.2f} | {share.mean():.3f} | {better} |", flush=True)
 
 
-def played(make, episodes: int, difficulty: str, seed: int = 1) -> tuple[np.ndarray, float]:
+def played(make, episodes: int, level: str, seed: int = 1) -> tuple[np.ndarray, float]:
     """Mean rewards (episodes,) of a policy, and its mean error [m]."""
-    env = gymnasium.make_vec(f"motionenv/ActiveTracking-{difficulty}-v0", num_envs=min(ENVS, episodes), split="eval")
-    scores = evaluate(env, make(env, seed=0), episodes, seed=seed)
+    env = gymnasium.make_vec(f"motionenv/ActiveTracking-{level}-v1", num_envs=min(ENVS, episodes), split="eval")
+    scores = evaluate(env, make(env), episodes, seed=seed)
     return scores.returns / scores.lengths, float(scores.errors.mean())
 
 
-def strip(path: Path, rows: int, first: int = 60, seed: int = 3) -> None:
+def strip(path: Path, rows: int, first: int = 200, seed: int = 3) -> None:
     """Write frames of the planner, two seconds apart, each row the square from above and the camera's view."""
     from PIL import Image
 
-    env = gymnasium.make("motionenv/ActiveTracking-Medium-v0", render_mode="rgb_array", split="eval")
-    planner = POLICIES["planner"](env)
+    env = gymnasium.make("motionenv/ActiveTracking-Medium-v1", render_mode="rgb_array", split="eval")
+    planner = Planner(env)
     observation, _ = env.reset(seed=seed)
     planner.reset(observation)
     frames = []
@@ -63,10 +85,10 @@ def strip(path: Path, rows: int, first: int = 60, seed: int = 3) -> None:
 
 
 def main() -> None:
-    """Print the table, or write the picture."""
+    """Print the tables, or write the picture."""
     parser = Arguments(__doc__)
-    parser.add_argument("--episodes", type=int, default=208, quick=2)
-    parser.add_argument("--difficulty", choices=LEVELS, default="Medium")
+    parser.add_argument("--episodes", type=int, default=256, quick=2)
+    parser.add_argument("--levels", nargs="+", choices=LEVELS, default=LEVELS)
     parser.add_argument("--policies", nargs="+", choices=tuple(POLICIES), default=list(POLICIES))
     parser.add_argument("--learned", nargs="*", default=[], metavar="NAME=FILE")
     parser.add_argument("--strip", type=Path, metavar="FILE", help="write a picture instead")
@@ -75,13 +97,15 @@ def main() -> None:
         strip(scratch() / "strip.png", 1, first=0)
     if arguments.strip:
         return strip(arguments.strip, 4)
-    makers = {name: POLICIES[name] for name in ("greedy", *arguments.policies)}
+    makers = {name: POLICIES[name] for name in POLICIES if name in ("still", "oracle", "planner", *arguments.policies)}
     for pair in arguments.learned:
         from benchmarks.envs.active.ppo import policy
 
         name, path = pair.split("=")
         makers[name] = policy(path)
-    return table(makers, arguments.episodes, arguments.difficulty)
+    for level in arguments.levels:
+        table(makers, arguments.episodes, level)
+    return None
 
 
 if __name__ == "__main__":

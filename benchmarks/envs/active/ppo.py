@@ -23,9 +23,10 @@ needs("torch")
 import torch
 
 import motionenv.envs  # noqa: F401 (registers the environments)
-from benchmarks.envs.active.policies import PARTICLES, Policy
+from motionenv.envs.active import Still
+from motionenv.envs.active.policies import PARTICLES
 
-NAME = "motionenv/ActiveTracking-v0"
+NAME = "motionenv/ActiveTracking-v1"
 ENVS, REPEAT, EPOCHS, PARTS = 64, 5, 5, 4  # parallel episodes, frames of a decision, passes, minibatches
 GAMMA, LAMBDA, CLIP, ENTROPY, RATE = 0.9, 0.95, 0.2, 1e-3, 1e-3  # of decisions: 0.98 per frame
 HIDDEN, SECTORS = 96, 16
@@ -59,7 +60,7 @@ class Network(torch.nn.Module):
         return torch.distributions.Normal(means, self.spread.exp())
 
 
-class Learned(Policy):
+class Learned(Still):
     """A network as a policy.
 
     Args:
@@ -94,7 +95,7 @@ class Learned(Policy):
         return torch.from_numpy(np.concatenate([camera, parts], axis=-1).astype(np.float32))
 
     def commands(self, seen: dict[str, np.ndarray]) -> np.ndarray:
-        """As `Policy.commands`."""
+        """As `Still.commands`."""
         due = self.age % REPEAT == 0
         if due.any():
             with torch.no_grad():

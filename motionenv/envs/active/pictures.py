@@ -79,9 +79,11 @@ def _view(state, pillars, joints, colours, points) -> np.ndarray:
                 draw_figures(image, pixels, depth, EDGES, tint, radius=3.0, width=3.0)
             continue
         x, y, radius = pillars[i - len(joints)]
-        ends, depth = camera.project(np.array([[x, y, radius], [x, y, 2 * MAST]]))
-        if depth.min() > 0.3:
-            draw_lines(image, ends.reshape(1, 4), float(2 * radius * camera.K[0, 0] / depth.min()), _STONE)
+        ahead = np.cos(state[0]) * x + np.sin(state[0]) * y
+        if ahead > 0.3:
+            ends, _ = camera.project(np.array([[x, y, 0.0], [x, y, MAST + 0.3 * ahead]]))
+            wide = 2 * radius * camera.K[0, 0] * np.cos(state[1]) / ahead  # in the middle row
+            draw_lines(image, ends.reshape(1, 4), float(wide), _STONE)
     spots = (np.array([camera.width - 1, camera.height - 1]) + points * camera.width) / 2
     draw_lines(image, np.tile(spots, 2), 3.0, (255.0, 255.0, 255.0))
     return image

@@ -14,9 +14,9 @@ from motionenv._core.random import gaussian, restart, uniform
 #: Height of the camera [m]; people stay between the radii `INNER` and `OUTER` [m] of the plaza.
 MAST, INNER, OUTER = 4.5, 3.0, 13.0
 #: Half the field of view's width at depth 1 when wide, and the factor on it when narrow; height over width of images.
-WIDE, NARROW, ASPECT = np.tan(np.radians(30.0)), 0.2, 0.75
+WIDE, NARROW, ASPECT = np.tan(np.radians(20.0)), 0.5, 0.75
 #: Greatest rates and accelerations of pan, tilt [rad/s, rad/s²] and zoom [1/s, 1/s²]; limits of tilt [rad].
-RATES, ACCELERATIONS, TILT = np.array([1.6, 0.8, 1.0]), np.array([1.6, 0.8, 2.0]), (-1.1, 0.0)
+RATES, ACCELERATIONS, TILT = np.array([4.0, 2.0, 2.0]), np.array([12.0, 6.0, 4.0]), (-1.1, 0.0)
 #: Slowest and fastest walk [m/s].
 SPEEDS = 0.8, 1.6
 
@@ -125,18 +125,26 @@ def inside(u, v) -> bool:
     return abs(u) <= 1.0 and abs(v) <= ASPECT
 
 
+@part
+def sharpness(camera, blur) -> float:
+    """Share of detections that a turning camera keeps: exp(-s²), if it moves by s halves of the image in `blur` [s]."""
+    rate = np.hypot(camera[3] * np.cos(camera[1]), camera[4])
+    return np.exp(-((blur * rate / (WIDE * NARROW ** camera[2])) ** 2))
+
+
 @kernel
 def look(slots, keys, time, cameras, pillars, bodies, hues, noise, points, seen, colours) -> None:
     """Detect people with joints `bodies` (k, people, 15, 3) [m] and `hues` (n, people) [rad], for k `slots`.
 
     Fills `points` (n, people, 15, 2), `seen` (n, people, 15) and `colours` (n, people, 2), from left to right. `noise`
-    is that of points, of hues [rad] in the widest view, and the share of people that are missed. All randomness of a
-    frame comes from its key and number.
+    is that of points, of hues [rad] in the widest view, the share of people that are missed by a camera that stands
+    still, and the time [s] over which a turning one blurs. All randomness of a frame comes from its key and number.
     """
     state, people = np.empty(1, dtype=np.uint64), bodies.shape[1]
     found, shown, tints = np.empty((people, 15, 2)), np.empty((people, 15), np.int8), np.empty(people)
     for i, e in enumerate(slots):
         restart(state, keys[e], time[e])
+        detected = (1.0 - noise[2]) * sharpness(cameras[e], noise[3])
         order, camera = np.full(people, np.inf), cameras[e]
         for k in range(people):
             for j in range(15):
@@ -147,7 +155,7 @@ def look(slots, keys, time, cameras, pillars, bodies, hues, noise, points, seen,
                 found[k, j, 1] = clear * min(max(v + noise[0] * gaussian(state), -2.0), 2.0)
             count = shown[k].sum()
             tints[k] = hues[e, k] + noise[1] * NARROW ** camera[2] * gaussian(state)
-            if uniform(state) >= noise[2] and count >= _SEEN:
+            if uniform(state) < detected and count >= _SEEN:
                 order[k] = found[k, :, 0].sum() / count
         for d, k in enumerate(np.argsort(order)):
             there = np.int8(order[k] < np.inf)

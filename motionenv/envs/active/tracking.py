@@ -1,4 +1,4 @@
-"""motionenv/ActiveTracking-v0: several people on a plaza, tracked with a camera that the agent steers."""
+"""motionenv/ActiveTracking-v1: several people on a plaza, tracked with a camera that the agent steers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ REACH = 15.0
 _LEAST, _MOST = 0.05, 10.0  # [m] standard deviations of beliefs
 _LIMITS = {
     "people": (1, 8), "pillars": (0, 24), "noise": (0.001, 0.2), "colour_noise": (0.01, 10), "dropout": (0, 0.9),
-    "turn_seconds": (0.5, 1000), "effort": (0, 10), "fps": FPS_RANGE, "horizon": (1, 100_000),
+    "blur": (0, 10), "turn_seconds": (0.5, 1000), "effort": (0, 10), "fps": FPS_RANGE, "horizon": (1, 100_000),
 }  # fmt: skip
 _SMOOTH, _TILT = 0.25, -0.4  # [s] of a turn, [rad] of the camera at the start
 _RADII, _APART = (0.4, 1.0), 0.25  # [m] of pillars, variation of hues relative to their distance
@@ -36,15 +36,16 @@ _RADII, _APART = (0.4, 1.0), 0.25  # [m] of pillars, variation of hues relative 
 class ActiveArguments(Arguments):
     """Arguments of `motionenv.envs.active.ActiveTracking`, checked."""
 
-    people: int = 4
+    people: int = 3
     pillars: int = 8
     noise: float = 0.05
     colour_noise: float = 0.2
     dropout: float = 0.1
-    turn_seconds: float = 6.0
+    blur: float = 1.0
+    turn_seconds: float = 12.0
     effort: float = 0.05
     fps: float = 10.0
-    horizon: int = 200
+    horizon: int = 600
     split: str = "train"
 
     def __post_init__(self) -> None:
@@ -59,6 +60,11 @@ class ActiveArguments(Arguments):
 
     def world(self, n: int) -> "ActiveWorld":
         return ActiveWorld(n, self)
+
+    @property
+    def sensor(self) -> tuple[float, float, float, float]:
+        """Noise of points and hues, share of people missed, and blur, as `scene_kernel.look` takes them."""
+        return self.noise, self.colour_noise, self.dropout, self.blur
 
     @property
     def pace(self) -> tuple[float, float]:
@@ -175,9 +181,8 @@ class ActiveWorld(World):
         return np.stack([x, y, body[..., 2]], axis=-1).reshape(len(slots), self.scene.people, len(MARKERS), 3)
 
     def _look(self, slots: np.ndarray) -> None:
-        noise = self.scene.noise, self.scene.colour_noise, self.scene.dropout
         drawn = self._keys, self.time, self._cameras, self._pillars, self._joints(slots, self.time), self._hues
-        look(slots, *drawn, noise, self._points, self._seen, self._colours)
+        look(slots, *drawn, self.scene.sensor, self._points, self._seen, self._colours)
 
 
 def _beliefs(estimates: np.ndarray) -> np.ndarray:
@@ -214,10 +219,12 @@ class ActiveTracking(TrackingEnv):
     ## Description
     People walk about a round plaza, 13 m in radius, among pillars. They start anywhere, turn at random, and turn away
     from obstacles. A camera on a mast in the middle, 4.5 m high, pans, tilts and zooms with inertia. It sees at most a
-    sixth of the plaza and nobody behind a pillar; zooming in makes its observations more precise. The agent states
-    where everyone is, and steers the camera. Looking at one person means not looking at another, turning takes time,
-    and people who are out of view walk on. Unlike in the other environments, actions change what is seen. A command
-    pays off only some seconds later, so use a high discount (γ = 0.97 or more per frame at 10 frames per second).
+    ninth of the plaza and nobody behind a pillar; zooming in makes its observations more precise. While it turns,
+    pictures blur: if a picture moves by s halves of its width within `blur` seconds, a person in view is detected with
+    a probability of only (1 - dropout) exp(-s²). So one looks by turns and stops, as eyes do. The agent states where
+    everyone is, and steers the camera. Looking at one person means not looking at another, turning takes time, and
+    people who are out of view walk on. Unlike in the other environments, actions change what is seen. A command pays
+    off only some seconds later, so use a high discount (γ = 0.97 or more per frame at 10 frames per second).
 
     Positions are in metres, x and y on the ground, z up, the mast at x = y = 0.
 
@@ -238,7 +245,7 @@ class ActiveTracking(TrackingEnv):
     - "seen", `MultiBinary((people, 15))`: which joints are seen. A person is detected only with at least 8 of the 15
       joints in view.
     - "colours", `Box(-1, 1, (people, 2), float32)`: cosine and sine of the observed hue of the clothes.
-    - "camera", `Box(-4, 4, (6,), float32)`: pan and tilt [rad], zoom from 0 (60° wide) to 1 (13° wide), and their rates
+    - "camera", `Box(-4, 4, (6,), float32)`: pan and tilt [rad], zoom from 0 (40° wide) to 1 (21° wide), and their rates
       per second.
     - "roster", `Box(-3, 3, (people, 3), float32)`: each person's height [m], and cosine and sine of the true hue.
     - "pillars", `Box(-15, 15, (pillars, 3), float32)`: x, y and radius [m].
@@ -255,13 +262,14 @@ class ActiveTracking(TrackingEnv):
     Truncated after `horizon` estimates; never terminated.
 
     ## Arguments
-    - `people=4`, `pillars=8`: numbers of people and pillars, at most 8 and 24.
+    - `people=3`, `pillars=8`: numbers of people and pillars, at most 8 and 24.
     - `noise=0.05`: standard deviation of the points' coordinates, in units of half the image's width.
-    - `colour_noise=0.2`: standard deviation of hues [rad] in the widest view; zooming in reduces it to a fifth.
-    - `dropout=0.1`: probability that a visible person isn't detected in a frame.
-    - `turn_seconds=6`: mean time [s] between a person's random turns.
+    - `colour_noise=0.2`: standard deviation of hues [rad] in the widest view; zooming in halves it.
+    - `dropout=0.1`: probability that a visible person isn't detected in a frame by a camera that stands still.
+    - `blur=1`: time [s] over which a turning camera blurs; 0 lets it see as well as a still one.
+    - `turn_seconds=12`: mean time [s] between a person's random turns.
     - `effort=0.05`: cost of full commands on all three axes.
-    - `fps=10`, `horizon=200`: frame rate, and number of estimates in an episode.
+    - `fps=10`, `horizon=600`: frame rate, and number of estimates in an episode.
     - `split="train"`: or "eval", which has other walkers.
     - `render_mode=None`: "rgb_array", the plaza from above, with beliefs as rings of two standard deviations, beside
       the camera's view.
@@ -270,10 +278,11 @@ class ActiveTracking(TrackingEnv):
     `info["error"]` is the mean distance [m] between believed and true positions.
 
     ## Vectorized environment
-    `gymnasium.make_vec("motionenv/ActiveTracking-v0", num_envs=64)` steps all episodes in compiled loops. It also
+    `gymnasium.make_vec("motionenv/ActiveTracking-v1", num_envs=64)` steps all episodes in compiled loops. It also
     accepts `autoreset_mode` ("NextStep", "SameStep", "Disabled").
 
     ## Version History
+    - v1: turning blurs what is seen, the motors are faster, and the view is narrower.
     - v0: initial version.
     """
 

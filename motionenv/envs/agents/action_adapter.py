@@ -8,6 +8,7 @@ from gymnasium.vector import VectorEnv
 
 from motionenv.body.arm_reaching import RIGHT_ARM
 from motionenv.envs.base import Observation
+from motionenv.errors import MotionError
 from motionenv.types import MARKERS
 
 _ARM_JOINTS = [MARKERS.index("right_elbow"), MARKERS.index("right_wrist")]
@@ -22,6 +23,9 @@ class Actions:
         names: of the observations: "rgb", "mask", "depth", or "points" and "seen".
         arm, points: whether only the right arm is estimated, and whether markers are observed instead of images.
         far: depth [m] of the background in depth images.
+
+    Raises:
+        MotionError: ActiveTracking, in which several people are tracked.
     """
 
     def __init__(self, env: Any) -> None:
@@ -34,6 +38,11 @@ class Actions:
             named: dict[str, Any] = observed.spaces
         else:
             named = {"depth" if observed.dtype.kind == "f" else "mask" if observed.shape[-1] == 1 else "rgb": observed}
+        if "roster" in named:
+            raise MotionError(
+                "this agent estimates one body, not where several people are: for ActiveTracking use still, sweep, "
+                "greedy, planner or oracle, which are in motionenv.envs.active"
+            )
         self.names = list(named)
         self.points = "points" in named
         self.far = float(np.max(named["depth"].high)) if "depth" in named else np.inf

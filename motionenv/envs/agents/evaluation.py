@@ -15,6 +15,7 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 
 from motionenv._core.validation import checked_whole
+from motionenv.envs import active
 from motionenv.envs.agents.baselines import Blob, ConstantVelocity, MeanPose, Oracle
 from motionenv.envs.agents.particle_filter import TrackingAgent
 from motionenv.envs.base import Observation
@@ -120,10 +121,16 @@ def _play_vector(env, agent: Agent, tally: _Tally, seed: int | None) -> None:
             over = np.zeros_like(over)
 
 
-#: Shipped agents by name.
+def _oracle(env: Any) -> Agent:
+    """The oracle of the family to which `env` belongs."""
+    return (active.Oracle if isinstance(env.unwrapped, active.ActiveTrackingVector) else Oracle)(env)
+
+
+#: Shipped agents by name; the last four play ActiveTracking, and "oracle" plays everything.
 AGENTS: dict[str, Callable[[Any], Agent]] = {
     "mean-pose": MeanPose, "blob": Blob, "constant-velocity": ConstantVelocity,
-    "particle-filter": lambda env: TrackingAgent(env, seed=0, threads=1), "oracle": Oracle,
+    "particle-filter": lambda env: TrackingAgent(env, seed=0, threads=1), "oracle": _oracle,
+    "still": active.Still, "sweep": active.Sweep, "greedy": active.Greedy, "planner": active.Planner,
 }  # fmt: skip
 #: Seed of an evaluation's first episode; those that follow have the next ones.
 FIRST_SEED = 1_000_000

@@ -1,8 +1,9 @@
 """Pictures of ActiveTracking show people, beliefs and the camera's view."""
 
 import numpy as np
+import pytest
 
-from motionenv.envs.active.pictures import SIDE, draw
+from motionenv.envs.active.pictures import SIDE, camera_of, draw
 
 PILLARS, WALKS = np.array([[5.0, 5.0, 0.8]]), np.array([[8.0, 0.0, 0.0, 0.0]])
 JOINTS = np.array([[8.0, 0.0, 1.0]]) + np.linspace(-0.5, 0.5, 15)[:, None] * [0, 0.3, 1]
@@ -40,3 +41,14 @@ def test_beliefs_and_points_are_drawn():
     assert not red(picture()[SIDE // 2 + 20 : SIDE, :SIDE]).any()
     white = lambda image: (image.min(axis=-1) > 200).sum()
     assert white(picture(points=[[0.5, 0.5]])) > white(picture())
+
+
+def test_a_pillar_is_as_wide_as_its_edges_are_apart():
+    """In the middle row, against the projection of the points where that row's rays pass the pillar."""
+    pillar, camera = np.array([[6.0, 0.5, 0.6]]), camera_of(AHEAD)
+    image = draw(AHEAD, pillar, WALKS + 99.0, JOINTS[None] + [0, 99.0, 0], np.zeros(1), np.zeros((0, 2)))
+    row = image[SIDE // 2, SIDE + 4 :]
+    drawn = (np.abs(row.astype(int) - [150, 146, 138]).max(axis=-1) < 8).sum()
+    z = 4.5 + 6.0 * np.tan(AHEAD[1])  # where the middle row is at the pillar
+    edges, _ = camera.project(np.array([[6.0, 0.5 - 0.6, z], [6.0, 0.5 + 0.6, z]]))
+    assert drawn == pytest.approx(np.ptp(edges[:, 0]), rel=0.06)

@@ -33,7 +33,7 @@ def test_the_camera_has_inertia_and_limits():
 
 def test_a_stopping_camera_coasts():
     states = turned(np.concatenate([np.ones((10, 3)), np.zeros((10, 3))]))
-    braking = states[10:15, 3]
+    braking = states[10:13, 3]
     assert (braking > 0).all()
     assert states[-1, 3] == 0
 
@@ -49,7 +49,25 @@ def test_a_pillar_hides_who_is_behind_it(pillar, seen):
     cameras = np.array([[0.0, np.arctan2(1.0 - 4.5, 8.0), 0.0, 0.0, 0.0, 0.0]])
     points, shown, colours = np.zeros((1, 1, 15, 2)), np.zeros((1, 1, 15), np.int8), np.zeros((1, 1, 2))
     drawn = np.zeros(1, np.uint64), np.zeros(1, np.intp), cameras, np.array([[pillar]]), bodies, np.zeros((1, 1))
-    look(np.array([0]), *drawn, (1e-6, 1e-6, 0.0), points, shown, colours)
+    look(np.array([0]), *drawn, (1e-6, 1e-6, 0.0, 0.0), points, shown, colours)
     assert shown.sum() == seen
     np.testing.assert_allclose(points, 0, atol=1e-4)
     assert colours[0, 0, 0] == pytest.approx(1.0 if seen else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("rates", "zoom"), [((0.3, 0.0), 0.0), ((0.2, 0.1), 0.0), ((0.15, 0.0), 1.0), ((0.0, 0.0), 0.0)]
+)
+def test_a_turning_camera_misses_people(rates, zoom):
+    """Of a person in the middle, a share (1 - dropout) exp(-s²) is seen, s half images in the time of the blur."""
+    n, tilt, blur, dropout = 20_000, np.arctan2(-3.5, 8.0), 0.8, 0.1
+    half = np.tan(np.radians(20.0)) * 0.5**zoom  # of an image 40° wide
+    cameras = np.tile([0.0, tilt, zoom, rates[0], rates[1], 0.0], (n, 1))
+    bodies = np.tile([8.0, 0.0, 1.0], (n, 1, 15, 1))
+    points, shown, colours = np.zeros((n, 1, 15, 2)), np.zeros((n, 1, 15), np.int8), np.zeros((n, 1, 2))
+    drawn = np.arange(n, dtype=np.uint64), np.zeros(n, np.intp), cameras, np.zeros((n, 0, 3)), bodies, np.zeros((n, 1))
+    look(np.arange(n), *drawn, (0.01, 0.01, dropout, blur), points, shown, colours)
+    moved = blur * np.hypot(rates[0] * np.cos(tilt), rates[1]) / half
+    expected = (1 - dropout) * np.exp(-(moved**2))
+    share = shown.any(axis=-1).mean()
+    assert share == pytest.approx(expected, abs=4 * np.sqrt(expected * (1 - expected) / n))

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from benchmarks.envs.active.filter_kernel import renew, scatter, share, weigh
+from motionenv.envs.active.filter_kernel import renew, scatter, share, weigh
+from motionenv.envs.active.scene_kernel import OUTER
 from motionenv.envs.simulation.marker_world import fourier_walkers
 
 
@@ -29,66 +30,52 @@ class Beliefs:
         self._vector, world = hasattr(env, "num_envs"), env.unwrapped.world
         self._env, scene, n = env.unwrapped, world.scene, world.n
         m, k = particles, scene.people
-        self._noise, self._motion = (
-            (scene.noise, scene.colour_noise, scene.dropout),
-            scene.pace,
-        )
+        self._noise, self._motion = scene.sensor, scene.pace
         train = fourier_walkers("train")
         self._levels = (train.coefficients[:, 0, :, 2] / train.heights[:, None]).mean(axis=0)  # of the 15 markers
         self._rng, self._keys, self._time = np.random.default_rng(seed), np.zeros(n, np.uint64), np.zeros(n, np.intp)
         self.particles = np.zeros((n, k, m, 4))
         self._weights, self._unseen = np.zeros((n, k, k, 1 + m)), np.zeros((n, k, m))
         self.means, self.sigmas = np.zeros((n, k, 2)), np.zeros((n, k))
-        self.seen = np.zeros((n, k))
+        self.seen, self._widths = np.zeros((n, k)), np.zeros((n, k))  # [m] of kernels about particles
+
+    def __repr__(self) -> str:
+        return f"Beliefs({self._env!r}, particles={self.particles.shape[2]})"
 
     def reset(self, observation, began=None) -> None:
-        """Forget ended episodes: anybody may be anywhere; see `motionenv.envs.agents.evaluation.Agent`.
-
-        Args:
-            observation: of the environment.
-            began: (n,) bool, which episodes begin; None is all.
-        """
+        """Forget ended episodes: anybody may be anywhere. `observation` and `began` are as of `Still.reset`."""
         slots = np.arange(len(self._keys)) if began is None else np.flatnonzero(began)
         self._keys[slots], self._time[slots] = self._rng.integers(2**64, size=len(slots), dtype=np.uint64), 0
+        self._widths[slots] = OUTER / 2 * self.particles.shape[2] ** (-1 / 6)
         scatter(slots, self._keys, self.batched(observation)["pillars"], self.particles)
 
     def update(self, observation) -> None:
-        """Take account of an observation, once per frame.
-
-        Args:
-            observation: of the environment.
-        """
+        """Take account of an `observation` of the environment, once per frame."""
         seen = self.batched(observation)
         found = self._found(seen)
         cameras, pillars, heights = seen["camera"], seen["pillars"], seen["roster"][..., 0].copy()
         hues = np.arctan2(seen["roster"][..., 2], seen["roster"][..., 1])
         gains = np.zeros((*heights.shape, heights.shape[1]))
-        weigh(cameras, pillars, heights, hues, found, self._noise, self.particles, self._weights, self._unseen, gains)
+        weigh(cameras, pillars, heights, hues, found, self._noise, self._widths, self.particles,
+              self._weights, self._unseen, gains)  # fmt: skip
         shares = np.zeros((*heights.shape, 1 + heights.shape[1]))
         share(gains, (found[..., 3] > 0).sum(axis=-1), shares)
         sums = np.zeros((*heights.shape, 3))
         renew(self._keys, self._time, cameras, pillars, heights, found, shares, self._weights, self._unseen,
-              self._noise, self._motion, self.particles, sums)  # fmt: skip
+              self._noise, self._motion, self._widths, self.particles, sums)  # fmt: skip
         self._time += 1
         self.means, self.sigmas, self.seen = sums[..., :2], sums[..., 2], 1 - shares[..., 0]
 
     def action(self, commands) -> np.ndarray:
-        """The environment's action: the beliefs, and commands for the camera.
-
-        Args:
-            commands: (n, 3) rates of pan, tilt and zoom from -1 to 1; (3,) for a single environment.
-        """
+        """The environment's action: the beliefs, and `commands` (n, 3), rates of pan, tilt and zoom from -1 to 1."""
         beliefs = np.concatenate([self.means, self.sigmas[..., None]], axis=-1)
         said = np.concatenate([np.reshape(commands, (-1, 3)), beliefs.reshape(len(beliefs), -1)], axis=-1)
         return self._env.action(said if self._vector else said[0])
 
     def batched(self, observation) -> dict[str, np.ndarray]:
-        """An observation with a leading axis, float64.
-
-        Args:
-            observation: of the environment, single or vector.
-        """
-        return {k: np.asarray(v, np.float64) if self._vector else np.float64(v)[None] for k, v in observation.items()}
+        """An `observation` of the environment, single or vector, with a leading axis, float64."""
+        rows = {name: np.asarray(value, np.float64) for name, value in observation.items()}
+        return rows if self._vector else {name: value[None] for name, value in rows.items()}
 
     def _found(self, seen: dict[str, np.ndarray]) -> np.ndarray:
         """Detections (n, people, 5): u, v, relative height, number of points, hue."""
