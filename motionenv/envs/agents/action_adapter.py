@@ -19,7 +19,7 @@ class Actions:
     Attributes:
         n: number of environments; 1 for a single one.
         form, samples: "pose", "joints" or "belief", and the number of poses in an estimate.
-        names: of the observations: "rgb", "mask", "depth", or "points" and "seen".
+        names: of the observations: "rgb", "mask", "depth", "points" and "seen", or "joints", which is the truth.
         arm, points: whether only the right arm is estimated, and whether markers are observed instead of images.
         far: depth [m] of the background in depth images.
     """
@@ -33,7 +33,8 @@ class Actions:
         if isinstance(observed, spaces.Dict):
             named: dict[str, Any] = observed.spaces
         else:
-            named = {"depth" if observed.dtype.kind == "f" else "mask" if observed.shape[-1] == 1 else "rgb": observed}
+            kinds = {("f", 3): "joints", ("f", 1): "depth", ("u", 1): "mask", ("u", 3): "rgb"}
+            named = {kinds[observed.dtype.kind, observed.shape[-1]]: observed}
         self.names = list(named)
         self.points = "points" in named
         self.far = float(np.max(named["depth"].high)) if "depth" in named else np.inf

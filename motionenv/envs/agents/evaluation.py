@@ -15,7 +15,7 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 
 from motionenv._core.validation import checked_whole
-from motionenv.envs.agents.baselines import Blob, ConstantVelocity, MeanPose, Oracle
+from motionenv.envs.agents.baselines import Blob, Kalman, MeanPose, Oracle
 from motionenv.envs.agents.particle_filter import TrackingAgent
 from motionenv.envs.base import Observation
 from motionenv.envs.tasks import TASKS, settings
@@ -122,7 +122,7 @@ def _play_vector(env, agent: Agent, tally: _Tally, seed: int | None) -> None:
 
 #: Shipped agents by name.
 AGENTS: dict[str, Callable[[Any], Agent]] = {
-    "mean-pose": MeanPose, "blob": Blob, "constant-velocity": ConstantVelocity,
+    "mean-pose": MeanPose, "blob": Blob, "kalman": Kalman,
     "particle-filter": lambda env: TrackingAgent(env, seed=0, threads=1), "oracle": Oracle,
 }  # fmt: skip
 #: Seed of an evaluation's first episode; those that follow have the next ones.
