@@ -15,7 +15,7 @@ def evaluate(
     agent: Annotated[
         str,
         typer.Argument(
-            help="mean-pose, blob, constant-velocity, particle-filter, oracle, or module:factory, where factory(env) "
+            help="mean-pose, blob, kalman, particle-filter, oracle, or module:factory, where factory(env) "
             "makes an agent."
         ),
     ],
@@ -44,3 +44,6 @@ def evaluate(
             part.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     low, high = (1000 * bound for bound in result["error_interval"])
     typer.echo(f"{1000 * result['mean_error']:.1f} mm per joint (95 %: {low:.1f} to {high:.1f}), {episodes} episodes")
+    if "normalised_return" in result:
+        low, high = result["normalised_interval"]
+        typer.echo(f"{result['normalised_return']:.3f} of the way from mean pose to oracle ({low:.3f} to {high:.3f})")

@@ -8,12 +8,11 @@ import gymnasium
 import numpy as np
 import torch
 
-from benchmarks.envs.tasks.networks import Network
+from benchmarks.envs.tasks.networks import SCORED, Network
 from motionenv.envs.simulation.picture_world import PictureWorld
 
 RATE, LEAST = 3e-3, 1e-5  # learning rate at first and at last, as a cosine over the frames
 CHUNK = 30  # frames between updates
-SCORED = {"ArmTracking": [6, 8]}
 
 
 def watched(env, network: Network, scored) -> tuple[torch.Tensor, torch.Tensor]:
@@ -72,7 +71,7 @@ def imitate(task: str, remembers: bool, frames: int, seed: int = 0) -> Network:
     env = gymnasium.make_vec(task, num_envs=n, split="train", autoreset_mode="Disabled")
     env.reset(seed=seed)
     network = Network(env, remembers)
-    scored = next((joints for name, joints in SCORED.items() if name in task), slice(None))
+    scored = SCORED[network.joints]
     optimiser = torch.optim.Adam(network.parameters(), lr=RATE)
     seen, shown = 0, 0.0
     while (done := seen / frames) < 1.0:

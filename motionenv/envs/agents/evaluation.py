@@ -165,7 +165,9 @@ def score(
 
     Returns:
         What JSON can hold: task, split, agent, settings, seeds, mean error [m] and return of each episode, their means
-        with 95 % bootstrap intervals over episodes, the seconds it took, and versions.
+        with 95 % bootstrap intervals over episodes, the seconds it took, and versions. Of tasks with a fully observable
+        twin also the normalised return, where 0 is the mean return of `MeanPose` in the same episodes and 1 that of
+        `Oracle`.
 
     Raises:
         MotionError: no such task, split or agent, or a number of episodes below 1.
@@ -183,18 +185,43 @@ def score(
             parts.append(evaluate(env, player, min(n, episodes - first), seed=FIRST_SEED + first))
     env.close()
     errors, returns = (np.concatenate([getattr(part, what) for part in parts]) for what in ("errors", "returns"))
+    normalised = _normalised(task, changed, returns) if TASKS[task].full else {}
     return {
         "task": task, "split": split, "agent": name, "settings": {**TASKS[task].settings, **changed},
         "seeds": list(range(FIRST_SEED, FIRST_SEED + episodes)),
         "errors": errors.tolist(), "mean_error": errors.mean(), "error_interval": interval(errors),
         "returns": returns.tolist(), "mean_return": returns.mean(), "return_interval": interval(returns),
-        "seconds": time.perf_counter() - began,
+        **normalised, "seconds": time.perf_counter() - began,
         "versions": {name: version(name) for name in ("motionenv", "gymnasium", "numpy")}
         | {"python": platform.python_version(), "platform": sys.platform},
     }  # fmt: skip
 
 
-def interval(values: np.ndarray) -> list[float]:
-    """The 95 % bootstrap interval [low, high] of the mean of `values` (n,), always the same."""
+def interval(values: np.ndarray, *bounds: np.ndarray) -> list[float]:
+    """The 95 % bootstrap interval [low, high] of the mean of `values` (n,), always the same.
+
+    With `bounds` (n,), the worst and the best, of the normalised mean: 0 where it is the mean of the worst, 1 the best.
+    """
     drawn = np.random.default_rng(0).integers(len(values), size=(_RESAMPLED, len(values)))
-    return np.percentile(values[drawn].mean(axis=1), [2.5, 97.5]).tolist()
+    means = values[drawn].mean(axis=1)
+    if bounds:
+        worst, best = (bound[drawn].mean(axis=1) for bound in bounds)
+        means = (means - worst) / (best - worst)
+    return np.percentile(means, [2.5, 97.5]).tolist()
+
+
+def _normalised(task: str, changed: dict[str, Any], returns: np.ndarray) -> dict[str, Any]:
+    """The normalised return of `returns` (n,) and its interval; the fully observable twin has the same episodes."""
+    n, twin = len(returns), str(TASKS[task].full)
+    bounds = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ExtrapolationWarning)
+        for make in (MeanPose, Oracle):
+            env = gymnasium.make_vec(twin, num_envs=n, vectorization_mode="vector_entry_point", **changed)
+            bounds.append(evaluate(env, make(env), n, seed=FIRST_SEED).returns)
+            env.close()
+    worst, best = (bound.mean() for bound in bounds)
+    return {
+        "normalised_return": (returns.mean() - worst) / (best - worst),
+        "normalised_interval": interval(returns, *bounds),
+    }
