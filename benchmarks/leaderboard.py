@@ -158,15 +158,13 @@ def memory(found: dict, tasks: list[str]) -> list[str]:
     """What memory gains on `tasks`: errors of the memoryless network over those of the recurrent one."""
     lines = []
     for task in (task.removeprefix("motionenv/") for task in tasks):
-        pair = [found.get(f"{task} {kind} network") for kind in ("memoryless", "recurrent")]
-        if all(pair):
-            without, with_ = (errors(r["runs"], "eval") for r in pair)
+        pair = [f"{task} {kind} network" for kind in ("memoryless", "recurrent")]
+        if all(name in found for name in pair):
+            without, with_ = (errors(found[name]["runs"], "eval") for name in pair)
             low, high = np.percentile(resampled(without) / resampled(with_), [2.5, 97.5])
             better = 100 * (with_.mean(axis=0) < without.mean(axis=0)).mean()
-            lines.append(
-                f"- {task}: memory divides the error by {without.mean() / with_.mean():.2f} ({low:.2f}–{high:.2f}), and "
-                f"helps in {better:.0f} % of episodes."
-            )
+            gain = f"{without.mean() / with_.mean():.2f} ({low:.2f}–{high:.2f})"
+            lines.append(f"- {task}: memory divides the error by {gain}, and helps in {better:.0f} % of episodes.")
     return lines
 
 
@@ -198,10 +196,10 @@ def missing(found: dict, family: str, tasks: list[str]) -> list[str]:
 INTRODUCTION = """# Leaderboard
 
 Made by `motionenv bench leaderboard`. Mean error per joint in millimetres over 64 episodes with fixed seeds, with its
-95 % bootstrap interval, and the normalised return: 0 is the mean pose's in the same episodes, 1 the oracle's. After each
-task, its split `ood`: smaller and faster people of another model, before another camera. Agents that learn did so on
-split `train`, from as many frames as stand after their names, three times from different seeds; their intervals are over
-episodes and seeds. Score your own agent with `motionenv evaluate AGENT --task ID`.
+95 % bootstrap interval, and the normalised return: 0 is the mean pose's in the same episodes, 1 the oracle's. After
+each task, its split `ood`: smaller and faster people of another model, before another camera. Agents that learn did so
+on split `train`, from as many frames as stand after their names, three times from different seeds; their intervals are
+over episodes and seeds. Score your own agent with `motionenv evaluate AGENT --task ID`.
 
 Networks learn by imitation, those with and without memory from the same number of frames. `-Full` tasks show the true
 joints. Dashes, and agents that aren't there, have their reasons below each table. ActiveTracking, where what one does

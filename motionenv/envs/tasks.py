@@ -83,7 +83,11 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
 #: Versions of tasks that changed since their environments did. ArmTracking's v2: the camera goes blind.
 _VERSIONS = {"ArmTracking": "v2"}
 #: Reward thresholds, made by `motionenv bench envs.tasks.thresholds`.
-_THRESHOLDS: dict[str, float] = {}
+_THRESHOLDS = {
+    "WalkerTracking-Easy": -12.0, "WalkerTracking-Medium": -14.0, "WalkerTracking-Hard": -17.0,
+    **dict.fromkeys(("MarkerTracking-Easy", "MarkerTracking-Medium", "MarkerTracking-Hard"), -2.0),
+    **dict.fromkeys(("ArmTracking-Easy", "ArmTracking-Medium", "ArmTracking-Hard"), -2.3),
+}  # fmt: skip
 
 
 def _tasks() -> dict[str, Task]:
@@ -146,6 +150,4 @@ def register() -> None:
     for name, task in TASKS.items():
         entry_point = ENVIRONMENTS[task.env]
         vector, kwargs = f"{entry_point}Vector", dict(task.settings)
-        gymnasium.register(
-            name, entry_point, task.reward_threshold, vector_entry_point=vector, kwargs=kwargs
-        )
+        gymnasium.register(name, entry_point, task.reward_threshold, vector_entry_point=vector, kwargs=kwargs)

@@ -9,10 +9,10 @@ per joint with a 95 % interval over episodes, here eight of them. The same eight
 import matplotlib.pyplot as plt
 import numpy as np
 
-from motionenv.envs.agents import Blob, ConstantVelocity, MeanPose, score
+from motionenv.envs.agents import Blob, Kalman, MeanPose, score
 
 levels = ("Easy", "Medium", "Hard")
-agents = {"mean pose": MeanPose, "blob": Blob, "constant velocity": ConstantVelocity}
+agents = {"mean pose": MeanPose, "blob": Blob, "Kalman filter": Kalman}
 tasks = [f"motionenv/WalkerTracking-{level}-v1" for level in levels]
 reports = {name: [score(task, agent, episodes=8) for task in tasks] for name, agent in agents.items()}
 print(" " * 19 + "Easy    Medium  Hard")

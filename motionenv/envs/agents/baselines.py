@@ -6,8 +6,8 @@
     >>> error = evaluate(env, Kalman(env), episodes=2, seed=1).errors.mean()  # [m] per joint
 
 `MeanPose` ignores observations. `Kalman` filters 2D detections, and takes the rest from the mean pose; `Blob` does so
-from the last frame alone. `Oracle` reads the ground truth. The others use only what agents may know: the spaces and, for images, the camera.
-Poses are those of walking; beliefs have the spread of the population of walkers.
+from the last frame alone. `Oracle` reads the ground truth. The others use only what agents may know: the spaces and,
+for images, the camera. Poses are those of walking; beliefs have the spread of the population of walkers.
 """
 
 from __future__ import annotations
@@ -355,7 +355,7 @@ def detections(camera: Camera, foreground: np.ndarray) -> list[tuple[np.ndarray,
 
 
 def walker_at(camera: Camera, column: float, top: float, bottom: float) -> tuple[np.ndarray, float, float]:
-    """Where somebody stands, x and y (2,) [m], and the distance along the camera's axis with its standard deviation [m].
+    """Where somebody stands, x and y (2,) [m], the distance along the camera's axis, and its standard deviation [m].
 
     The highest row tells a distance if the body has average height, the lowest if the feet are on the ground. It is
     their mean, weighted by their precision, or the smaller one if they disagree: who is partly hidden seems farther.

@@ -53,10 +53,11 @@ class MarkerWorld(World):
         self.n = n
         self.horizon = source.frames - 1
         self.fps = source.fps
-        points = {"points": spaces.Box(-FAR, FAR, (len(MARKERS), 2), np.float32)}
-        seen = {"seen": spaces.MultiBinary(len(MARKERS))}
-        joints = spaces.Box(-FAR, FAR, (len(MARKERS), 3), np.float32)
-        self.full, self.observation_space = full, joints if full else spaces.Dict(points | seen)
+        self.full = full
+        self.observation_space: Space = spaces.Box(-FAR, FAR, (len(MARKERS), 3), np.float32)
+        if not full:
+            points, seen = spaces.Box(-FAR, FAR, (len(MARKERS), 2), np.float32), spaces.MultiBinary(len(MARKERS))
+            self.observation_space = spaces.Dict({"points": points, "seen": seen})
         self.scale = ActionScale(actions, REACH, (len(MARKERS), 3), (0, 1, 2))
         self.action_space: spaces.Box = self.scale.space
         self.time = np.zeros(n, dtype=np.intp)

@@ -147,6 +147,8 @@ class PictureArguments(SimulatedArguments):
         motions, view = self.staged(source)
         scoring = {"threads": self.threads, "actions": self.actions, "reach": view.reach, **self.scored}
         estimates = Estimates(self.estimate, self.n_belief, **scoring)
-        blind = {"gaps": self.gaps, "gap_seconds": self.gap_seconds, "threads": self.threads}
-        stage = Stage(n, motions, view, size=sense.size, scenery=scenery, clothes=self.clothes, **blind)
+        stage = Stage(
+            n, motions, view, size=sense.size, scenery=scenery, clothes=self.clothes, threads=self.threads,
+            gaps=self.gaps, gap_seconds=self.gap_seconds,
+        )  # fmt: skip
         return PictureWorld(stage, sense, estimates)
