@@ -71,12 +71,12 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
         },
     ),
     "ArmTracking-v1": (
-        {"estimate": "joints", "horizon": 90, "gap_seconds": 0.15},
+        {"estimate": "joints", "horizon": 90, "gap_seconds": 0.1},
         {"height": (1.15, 1.4), "motion": "walk/fpca", "camera": 25.0},
         {
-            "Easy": {"observation": "mask", "gaps": 0.3},
-            "Medium": {"observation": "mask", "gaps": 0.5, "occluders": 2},
-            "Hard": {**_CLUTTER, "gaps": 0.5, "occluders": 2, "distractors": 1},
+            "Easy": {"observation": "mask", "gaps": 0.5},
+            "Medium": {"observation": "mask", "gaps": 0.6, "occluders": 2},
+            "Hard": {**_CLUTTER, "gaps": 0.6, "occluders": 2, "distractors": 1},
         },
     ),
 }
