@@ -21,9 +21,9 @@ for name, results in reports.items():
     print(f"{name:18}", "  ".join(means))
 
 # %%
-# The mean pose ignores the picture. The blob puts the mean pose where the silhouette is; constant velocity also
+# The mean pose ignores the picture. The blob puts the mean pose where the silhouette is; the Kalman filter also
 # remembers how the silhouette moved. In plain view (Easy) both are far better than the mean pose. In clutter, with a
-# passer-by (Hard), they are no better than not looking at all. The :doc:`leaderboard </made/leaderboard>` has more
+# passer-by (Hard), they are little better than not looking at all. The :doc:`leaderboard </made/leaderboard>` has more
 # episodes, particle filters and trained networks.
 
 figure, axis = plt.subplots(figsize=(7, 3.2), layout="constrained")
