@@ -228,12 +228,11 @@ class SeenPoints:
 
     def __init__(self, n: int, fps: float, remembers: bool = True) -> None:
         joints = markers(walking_poses(_SAMPLES), from_height())
-        self._mean = np.stack([np.zeros(15), joints[:, :, 2].mean(0)], axis=-1)
-        side = np.sqrt((joints[..., :2] ** 2).sum(-1).mean(0) / 2)
-        constant, swing = np.abs(joints[..., 1]).mean(0) / np.sqrt(2), np.stack([side, joints[..., 2].std(0)], -1)
+        high, around = joints[..., 2], np.square(joints[..., :2]).mean(0) / 2  # forward and left, seen from anywhere
+        self._mean = np.stack([np.zeros(15), high.mean(0)], axis=-1)
         self._start = np.zeros((15, 2, 3, 3))
-        self._start[..., 0, 0] = np.stack([constant**2 + _TALL**2 / 100, 0.05**2 * self._mean[:, 1] ** 2], -1)
-        self._start[..., 1, 1] = self._start[..., 2, 2] = swing**2
+        self._start[..., 0, 0] = np.stack([around[:, 1] + _BLUR**2, (high.mean(0) * _TALL / _HEIGHT) ** 2], -1)
+        self._start[..., 1, 1] = self._start[..., 2, 2] = np.stack([around.sum(-1), high.var(0)], -1)
         kept, angle = np.exp(-1 / (fps * _DAMPED)), _RATES / fps
         self._move = np.zeros((2, 3, 3))
         self._move[:, 0, 0] = 1.0
