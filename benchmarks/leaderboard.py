@@ -33,7 +33,7 @@ HERE = Path(__file__).parent
 SPLITS = ("eval", "ood")
 FAMILIES = ("Walker", "Marker", "Arm")
 EPISODES, SEEDS = 64, 3  # of an evaluation, and of training
-FRAMES = {"Walker": 200_000, "Marker": 2_000_000, "Arm": 300_000}  # of an imitation
+FRAMES = {"Walker": 400_000, "Marker": 2_000_000, "Arm": 300_000}  # of an imitation
 STEPS = 100_000  # of PPO
 _RESAMPLED = 2000  # bootstrap samples
 
