@@ -62,7 +62,6 @@ TRAINED: dict[str, Callable[[str, int, int], Callable]] = {
     "recurrent network": lambda task, frames, seed: partial(_played, imitate(task, True, frames, seed)),
     "PPO, γ = 0": lambda task, frames, seed: partial(_same, improve(task, frames, seed=seed)),
 }
-_SLOW_LEARNER = "it learns far more slowly than imitation, and was run in MarkerTracking-Easy only."
 #: Why an agent has no result in a family: those that can't play it, and those that weren't run everywhere.
 REASONS = {
     ("blob", "Arm"): "an arm's silhouette stays where it is, so its place tells nothing.",
@@ -73,9 +72,8 @@ REASONS = {
     ("particle filter, mixed prior", "Arm"): "its priors are of walking.",
     ("particle filter, first pose given", "Walker"): "it is for arms, whose first pose it can't find.",
     ("particle filter, first pose given", "Marker"): "it follows people in pictures only.",
-    **dict.fromkeys([("PPO, γ = 0", family) for family in FAMILIES], _SLOW_LEARNER),
 }
-NOT_RUN = "not run yet, for want of time; `motionenv bench leaderboard --agents` with its name adds it."
+NOT_RUN = "not run where it is missing, for want of time; `motionenv bench leaderboard --agents` with its name adds it."
 
 
 def _played(network, env) -> Learned:
