@@ -153,11 +153,11 @@ def table(folder: Path) -> str:
 
 
 def memory(found: dict, tasks: list[str]) -> list[str]:
-    """What memory gains on `tasks`: errors of the memoryless network over those of the recurrent one."""
+    """What memory gains on `tasks`: errors of the memoryless network over the recurrent one's, on equal frames."""
     lines = []
     for task in (task.removeprefix("motionenv/") for task in tasks):
         pair = [f"{task} {kind} network" for kind in ("memoryless", "recurrent")]
-        if all(name in found for name in pair):
+        if all(name in found for name in pair) and len({found[name]["frames"] for name in pair}) == 1:
             without, with_ = (errors(found[name]["runs"], "eval") for name in pair)
             low, high = np.percentile(resampled(without) / resampled(with_), [2.5, 97.5])
             better = 100 * (with_.mean(axis=0) < without.mean(axis=0)).mean()

@@ -30,6 +30,15 @@ def test_results_stand_in_their_cells_and_what_is_missing_has_a_reason(tmp_path)
         assert f"- {agent}: " in section
 
 
+def test_networks_are_compared_on_equal_frames_only(tmp_path):
+    for kind, frames in (("memoryless", 3000), ("recurrent", 6000)):
+        write(tmp_path, "ArmTracking-Easy-v2", f"{kind} network", [0.04] * 64)
+        file = tmp_path / f"ArmTracking-Easy-v2 {kind} network.json"
+        file.write_text(json.dumps({**json.loads(file.read_text()), "frames": frames}))
+    assert "| recurrent network, 6,000 frames, 1 seed | 40" in table(tmp_path)
+    assert "memory divides" not in table(tmp_path)
+
+
 def test_intervals_are_over_episodes_and_seeds():
     """Of many seeds and episodes that differ independently, the variances of both means add."""
     rng = np.random.default_rng(0)
