@@ -14,7 +14,7 @@ import numpy as np
 import motionenv
 import motionenv.envs
 from motionenv import gait
-from motionenv.envs.agents import ConstantVelocity, evaluate
+from motionenv.envs.agents import Kalman, evaluate
 from motionenv.lifting import project_markers
 from motionenv.render import film
 from motionenv.types import MARKERS, Markers
@@ -35,7 +35,7 @@ with TemporaryDirectory() as folder:
     assert abs(np.degrees(lifted.posterior.alpha) - 40) < 5, "the view of a lifted walk is wrong"
 
     env = gymnasium.make("motionenv/WalkerTracking-v1", observation="mask", horizon=10)
-    assert np.isfinite(evaluate(env, ConstantVelocity(env), episodes=1, seed=7).errors).all()
+    assert np.isfinite(evaluate(env, Kalman(env), episodes=1, seed=7).errors).all()
 
     command = [Path(sys.executable).parent / "motionenv", "synth", "walk/eigenwalkers", "--seconds", "2"]
     subprocess.run([*command, "--out", here / "other.bvh"], check=True, stdout=subprocess.DEVNULL)

@@ -8,9 +8,9 @@ import numpy as np
 
 import motionenv.envs  # noqa: F401 (registers the environments)
 from benchmarks import Arguments
-from motionenv.envs.agents import ConstantVelocity, MeanPose, Oracle, evaluate
+from motionenv.envs.agents import Kalman, MeanPose, Oracle, evaluate
 
-AGENTS = (MeanPose, ConstantVelocity, Oracle)
+AGENTS = (MeanPose, Kalman, Oracle)
 CASES = {
     "MarkerTracking": {},
     "MarkerTracking, seen from the side": {"view": 0.0},
@@ -40,7 +40,7 @@ def main() -> None:
     for name, arguments in CASES.items():
         cells = []
         for agent in AGENTS:
-            if name.startswith("Arm") and agent is ConstantVelocity:
+            if name.startswith("Arm") and agent is Kalman:
                 cells.append("–")
                 continue
             task, n = f"motionenv/{name.split(',')[0]}-v1", min(16, asked.episodes)

@@ -24,7 +24,7 @@ import torch
 import motionenv.envs  # noqa: F401 (registers the environments)
 from benchmarks.envs.tasks.imitation import RATE, improve, slow_down, watched
 from benchmarks.envs.tasks.networks import Learned, Network
-from motionenv.envs.agents.baselines import ConstantVelocity, MeanPose
+from motionenv.envs.agents.baselines import Kalman, MeanPose
 from motionenv.envs.agents.evaluation import evaluate
 
 NAME = "motionenv/MarkerTracking-v1"
@@ -96,7 +96,7 @@ def main() -> None:
     network = Network(env, remembers=True)
     error = lambda: float(evaluate(env, Learned(env, network), envs, seed=1).errors.mean())
     curve = learn(network, 60 * arguments.minutes, 2 * envs, error)
-    agents = {"mean pose": MeanPose(env), "last seen": LastSeen(env), "constant velocity": ConstantVelocity(env)}
+    agents = {"mean pose": MeanPose(env), "last seen": LastSeen(env), "Kalman filter": Kalman(env)}
     agents["recurrent network"] = Learned(env, network)
     errors = {name: evaluate(env, agent, episodes, seed=2).errors for name, agent in agents.items()}
     mine = errors["recurrent network"].mean()

@@ -107,10 +107,10 @@ def _video_track() -> Any:
 def _agents() -> Any:
     import gymnasium
 
-    from motionenv.envs.agents import ConstantVelocity, MeanPose, Oracle, TrackingAgent, evaluate, truth_start
+    from motionenv.envs.agents import Kalman, MeanPose, Oracle, TrackingAgent, evaluate, truth_start
 
     env = gymnasium.make("motionenv/WalkerTracking-v1", observation="mask", size=48, horizon=10)
-    agents = {make.__name__: make(env) for make in (MeanPose, ConstantVelocity, Oracle)}
+    agents = {make.__name__: make(env) for make in (MeanPose, Kalman, Oracle)}
     agents["TrackingAgent"] = TrackingAgent(env, n=50, start=truth_start, seed=1)
     return {name: evaluate(env, agent, episodes=2, seed=1) for name, agent in agents.items()}
 

@@ -5,7 +5,7 @@
 The agent is as the library makes it: it doesn't know the body, nor the first pose where "automatic" is said. Depth is
 the distance between the estimated and the true pelvis along the camera's axis; frames/s are CPU time of one thread and
 include the searches for the start. "Kept" are episodes whose error over the last ten estimates is below 300 mm. Beside
-it stands ConstantVelocity, a silhouette's centre and height with the mean pose. Settings were chosen on split "train"
+it stands Kalman, a silhouette's centre and height with the mean pose. Settings were chosen on split "train"
 with seeds from 0; these are split "eval" and seeds from 5,000. Intervals are 95 %, by episodes.
 """
 
@@ -19,7 +19,7 @@ import numpy as np
 import motionenv.envs  # noqa: F401 (registers the environments)
 from benchmarks import Arguments
 from benchmarks.tracking.tables import cell, mean, share
-from motionenv.envs.agents import ConstantVelocity, TrackingAgent, truth_start
+from motionenv.envs.agents import Kalman, TrackingAgent, truth_start
 
 N, FIRST_SEED, KEPT = 1000, 5000, 0.3
 CASES = {
@@ -36,7 +36,7 @@ def play(asked: tuple[str, str, int, int, bool, int]) -> tuple[np.ndarray, np.nd
     name, split, first, count, blob, n = asked
     arguments, start = CASES[name]
     env = gymnasium.make("motionenv/WalkerTracking-v1", split=split, actions="metric", **arguments)
-    agent = ConstantVelocity(env) if blob else TrackingAgent(env, n=n, start=start, seed=first, threads=1)
+    agent = Kalman(env) if blob else TrackingAgent(env, n=n, start=start, seed=first, threads=1)
     errors, depths, seconds = [], [], 0.0
     for seed in range(first, first + count):
         observation, _ = env.reset(seed=seed)
@@ -78,7 +78,7 @@ def main() -> None:
                 cells += [cell(mean(1e3 * np.abs(depths).mean(axis=1)), "{:.0f}")]
                 cells += [cell(share(errors[:, -10:].mean(axis=1) < KEPT), "{:.0%}")]
                 rate = 1 / np.mean([part[2] for part in played])
-                agent = "ConstantVelocity" if blob else "TrackingAgent"
+                agent = "Kalman" if blob else "TrackingAgent"
                 print(f"| {name} | {agent} |", " | ".join(cells), f"| {rate:.0f} |", flush=True)
 
 

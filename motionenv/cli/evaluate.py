@@ -15,8 +15,8 @@ def evaluate(
     agent: Annotated[
         str,
         typer.Argument(
-            help="mean-pose, blob, constant-velocity, particle-filter, oracle, or module:factory, where factory(env) "
-            "makes an agent. In ActiveTracking: still, sweep, greedy, planner, oracle."
+            help="mean-pose, blob, kalman, particle-filter, oracle, or module:factory, where factory(env) makes an "
+            "agent. In ActiveTracking: still, sweep, greedy, planner, oracle."
         ),
     ],
     task: Annotated[str, typer.Option(help="Id of a task, such as motionenv/WalkerTracking-Easy-v1.")],
@@ -43,5 +43,7 @@ def evaluate(
         with atomic_write(out) as part:
             part.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     low, high = (1000 * bound for bound in result["error_interval"])
-    what = "person" if "ActiveTracking" in task else "joint"
+    what, least = ("person", "still") if "ActiveTracking" in task else ("joint", "mean pose")
     typer.echo(f"{1000 * result['mean_error']:.1f} mm per {what} (95 %: {low:.1f} to {high:.1f}), {episodes} episodes")
+    low, high = result["normalised_interval"]
+    typer.echo(f"{result['normalised_return']:.3f} of the way from {least} to oracle ({low:.3f} to {high:.3f})")

@@ -66,7 +66,7 @@ class ArmTracking(SimulatedTracking):
     Entries are scaled as in `WalkerTracking`, with a reach of 2 m.
 
     ## Observation Space
-    As in `WalkerTracking`: "rgb", "mask", "depth", or a `Dict` of several.
+    As in `WalkerTracking`: "rgb", "mask", "depth", "joints", or a `Dict` of several.
 
     ## Rewards
     Minus the mean distance [m] between the estimated and true positions of elbow and wrist. For a belief, minus its

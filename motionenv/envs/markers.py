@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motionenv._core.validation import checked_range, is_number
+from motionenv._core.validation import checked_choice, checked_range, is_number
 from motionenv.envs.base import SimulatedArguments, SimulatedTracking, taking
-from motionenv.envs.simulation.marker_world import MarkerWorld
+from motionenv.envs.simulation.marker_world import SENSES, MarkerWorld
 from motionenv.envs.simulation.motion_sources import Source, episode_frames
 from motionenv.envs.vector import SimulatedTrackingVector, VectorArguments
 from motionenv.render.sensors.marker_sensor import MarkerSensor
@@ -18,6 +18,7 @@ class MarkerArguments(SimulatedArguments):
 
     motion: str = "walk/eigenwalkers"
     split: str = "train"
+    observation: str = "points"
     view: float | tuple[float, float] | None = None
     distance: float | None = None
     noise: float = 0.01
@@ -36,10 +37,11 @@ class MarkerArguments(SimulatedArguments):
         return f"motion={self.motion!r}"
 
     def world(self, n: int) -> MarkerWorld:
+        sense = checked_choice(self.observation, "observation", SENSES)
         frames, reading = episode_frames(self.horizon), (self.file_fps, self.unit)
         source = Source(self.motion, self.split, frames, self.fps, self.speed, self.height, *reading)
         sensor = MarkerSensor(self.noise, self.dropout, self.gaps, self.gap_seconds, self.distance, source.fps)
-        return MarkerWorld(n, source, sensor, _radians(self.view), self.actions)
+        return MarkerWorld(n, source, sensor, _radians(self.view), self.actions, sense == "joints")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,6 +83,9 @@ class MarkerTracking(SimulatedTracking):
     is missing; "seen", `MultiBinary(15)`, whether it is visible. With `distance`, a point is where the ray from the
     camera intersects the plane y = 0, so that nearer markers are farther apart.
 
+    With `observation="joints"`, which makes the task fully observable: `Box(-100, 100, (15, 3), float32)`, the true
+    positions [m].
+
     ## Rewards
     Minus the mean distance [m] between estimated and true markers.
 
@@ -95,6 +100,7 @@ class MarkerTracking(SimulatedTracking):
       `motionenv/WalkerTracking-v1`, with its straight path removed. `file_fps` and `unit` are for files that don't
       state them.
     - `split="train"`: or "eval", which has other walkers; with a folder, other people.
+    - `observation="points"`: or "joints", see Observation Space.
     - `view=None`: view angle α [degrees], or a range (low, high); None is the full circle.
     - `distance=None`: distance of the camera [m], at least 2; None is orthographic, as in the paper.
     - `noise=0.01`: standard deviation [m] of each coordinate.

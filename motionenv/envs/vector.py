@@ -190,6 +190,48 @@ class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
         self._check_begun("picture")
         return tuple(self.world.render(slot, self._estimates[slot]) for slot in range(self.num_envs))
 
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """What each sub-environment's method or attribute `name` gives, as of `gymnasium.vector.SyncVectorEnv.call`.
+
+        Raises:
+            AttributeError: a single environment has no such name.
+            MotionError: `reset`, `step` or `close`, which act on all at once.
+        """
+        found = [self._attribute(name, slot) for slot in range(self.num_envs)]
+        return tuple(value(*args, **kwargs) if callable(value) else value for value in found)
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """The attribute `name` of each sub-environment; see `call`."""
+        return self.call(name)
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Set the attribute `name` of all sub-environments to a value, or to as many equal `values` in a list or tuple.
+
+        Raises:
+            MotionError: another number of values, or different ones: the sub-environments share their attributes.
+        """
+        each = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
+        if len(each) != self.num_envs or any(value is not each[0] and value != each[0] for value in each):
+            raise MotionError(
+                f"values must be one for all of {self.num_envs} environments, which share {name}, got {values!r}"
+            )
+        setattr(self, name, checked_lost_after(each[0]) if name == "lost_after" else each[0])
+
+    def _attribute(self, name: str, slot: int) -> Any:
+        """What a single environment's `name` is in a `slot`."""
+        if name in ("reset", "step", "close"):
+            raise MotionError(f"{name} acts on all environments of a {type(self).__name__}: call {name}() itself")
+        if name in ("action_space", "observation_space"):
+            return getattr(self, f"single_{name}")
+        if name == "truth":
+            self._check_begun("truth")
+            return lambda: self.world.truth(slot)
+        if name == "render":
+            self._check_begun("picture")
+            return lambda: self.world.render(slot, self._estimates[slot]) if self.render_mode else None
+        value = getattr(self, name)
+        return value[slot] if name in ("np_random", "np_random_seed") else value
+
     def close_extras(self, **kwargs: Any) -> None:
         """Release threads; `kwargs` are ignored."""
         self.world.close()
@@ -202,6 +244,8 @@ class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
 class SimulatedTrackingVector(TrackingVectorEnv):
     """`num_envs` tracking environments on the world of their `arguments`."""
 
+    world: Any
+
     def __init__(self, arguments: Any) -> None:
         super().__init__(
             arguments.world(checked_whole(arguments.num_envs, "num_envs", 1)),
@@ -210,6 +254,12 @@ class SimulatedTrackingVector(TrackingVectorEnv):
             autoreset_mode=arguments.autoreset_mode,
         )
         self.arguments = arguments
+
+    def _attribute(self, name: str, slot: int) -> Any:
+        if name != "observation_model":
+            return super()._attribute(name, slot)
+        self._check_begun("observation")
+        return self.world.observation_model(slot)
 
 
 def _infos(errors: np.ndarray, lost: np.ndarray, mask: np.ndarray) -> dict[str, Any]:

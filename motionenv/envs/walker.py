@@ -70,8 +70,9 @@ class WalkerTracking(SimulatedTracking):
     - "rgb": `Box(0, 255, (size, size, 3), uint8)`.
     - "mask": `Box(0, 255, (size, size, 1), uint8)`, 255 where the body is visible.
     - "depth": `Box(0, 20, (size, size, 1), float32)` [m] along the camera's axis, 20 where nothing is nearer.
+    - "joints": `Box(-100, 100, (15, 3), float32)`, the true joints [m], which make the task fully observable.
 
-    A sequence of these gives a `Dict` of them.
+    A sequence of these gives a `Dict` of them. In gaps of the camera, "rgb" and "mask" are 0 and "depth" is 20.
 
     ## Rewards
     Minus the mean distance [m] between the estimated and true positions of the 15 joints. For a belief, minus its
@@ -95,7 +96,7 @@ class WalkerTracking(SimulatedTracking):
     - `split="train"`: or "eval", which has other walkers; with a folder, other people, about one in four, selected by a
       hash of their label. A single file is one person, who is in both splits.
     - `size=64`: side of the image, 36 to 256 pixels.
-    - `observation="rgb"`: "rgb", "mask", "depth", or a sequence of several.
+    - `observation="rgb"`: "rgb", "mask", "depth", "joints", or a sequence of several.
     - `start="near"`: people walk within 30° of the x axis, either way, up to 2 m farther from the camera than needed to
       show their whole path, and anywhere across the image. "anywhere": in all directions, up to 4 m farther. "line":
       along x through the origin, in the middle of the image, with the camera as near as the whole path allows. With
@@ -108,6 +109,8 @@ class WalkerTracking(SimulatedTracking):
     - `distractors=0`, `occluders=0`: numbers of passing people and objects, and of occluding objects.
     - `noise=0`, `brightness=0`: standard deviation of the noise in grey levels of 255, and relative variation of the
       light. Both affect "rgb" only; "mask" and "depth" are exact.
+    - `gaps=0`, `gap_seconds=0.3`: fraction of the time that the camera shows nothing, and the mean duration of such a
+      gap [s].
     - `fps=30`, `horizon=90`: frame rate [Hz], and number of estimates in an episode.
     - `speed=None`, `height=None`: ranges (low, high) of walking speed [m/s] and body height [m]. None is people's own.
     - `person="adult"`: whom a model draws: "adult", "woman", "man", "child" (6 to 17 years), "girl" or "boy".

@@ -30,6 +30,7 @@ def test_an_agent_of_ones_own_is_scored(tmp_path):
         assert (done.returncode, told) == (0, [])
         reports.append(json.loads((tmp_path / "r.json").read_text()))
         assert f"{1000 * reports[-1]['mean_error']:.1f} mm per joint" in done.stdout
+        assert f"{reports[-1]['normalised_return']:.3f} of the way from mean pose to oracle" in done.stdout
     assert reports[0]["errors"] == reports[1]["errors"]
     assert [report["agent"] for report in reports] == ["agents:Mine", "blob"]
 

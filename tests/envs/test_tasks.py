@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import motionenv.envs  # noqa: F401 (registers the tasks)
+from motionenv.envs.agents import MeanPose, evaluate
 from motionenv.envs.tasks import ENVIRONMENTS, SPLITS, TASKS, settings
 from motionenv.errors import MotionError
 from motionenv.mocap import write
@@ -54,6 +55,31 @@ def test_capture_is_out_of_distribution_and_its_people_are_those_for_evaluation(
         found.add(round(env.truth()["skeleton"].height, 6))
     assert 0 < len(found) < 8
     assert env.spec.kwargs["split"] == "eval"
+
+
+@pytest.mark.parametrize("task", [task for task, made in TASKS.items() if made.full and made.full != task])
+@pytest.mark.parametrize("split", ["eval", "ood"])
+def test_twins_show_the_truth_of_the_same_episodes(task, split):
+    how = {**settings(task, split), "horizon": 4}
+    envs, full = (gymnasium.make_vec(name, num_envs=3, **how) for name in (task, TASKS[task].full))
+    envs.reset(seed=5)
+    seen, _ = full.reset(seed=5)
+    for _ in range(6):  # beyond the end of an episode
+        truths = np.stack([truth["joints"] for truth in envs.unwrapped.truth()])
+        np.testing.assert_array_equal(seen, truths.astype(np.float32))
+        assert full.observation_space.contains(seen)
+        actions = envs.action_space.sample()
+        _, rewards, *_ = envs.step(actions)
+        seen, others, *_ = full.step(actions)
+        np.testing.assert_array_equal(rewards, others)
+
+
+@pytest.mark.parametrize("task", [task for task, made in TASKS.items() if made.reward_threshold is not None])
+def test_who_is_a_tenth_as_wrong_as_the_mean_pose_has_solved_a_task(task):
+    """As the oracle's return is 0, that is a normalised return of 0.9."""
+    env = gymnasium.make_vec(TASKS[task].full, num_envs=64, vectorization_mode="vector_entry_point", split="train")
+    worst = evaluate(env, MeanPose(env), 64, seed=0).returns.mean()
+    assert gymnasium.spec(task).reward_threshold == pytest.approx(0.1 * worst, rel=0.1)
 
 
 def test_tasks_and_splits_that_there_are_not_are_refused():

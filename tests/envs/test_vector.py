@@ -206,3 +206,53 @@ def test_pictures_of_all_environments():
     assert WalkerTrackingVector(2, size=36).render() is None
     envs.close()
     envs.close()
+
+
+NAMES = ["action_space", "observation_space", "render_mode", "lost_after", "np_random_seed", "render", "metadata"]
+
+
+def test_attributes_are_those_of_single_environments(kind):
+    ours = kind.vector(3, lost_after=0.05)
+    theirs = SyncVectorEnv([partial(kind.single, lost_after=0.05)] * 3)
+    for envs in (ours, theirs):
+        envs.reset(seed=4)
+    for name in NAMES:
+        mine, other = ours.get_attr(name), theirs.get_attr(name)
+        assert type(mine) is tuple
+        assert mine == other or name == "metadata"
+    for mine, other in zip(ours.call("truth"), theirs.call("truth"), strict=True):
+        assert mine.keys() == other.keys()
+        np.testing.assert_array_equal(mine["joints"], other["joints"])
+    action = ours.single_action_space.sample()
+    for mine, other in zip(ours.call("estimate", action), theirs.call("estimate", action), strict=True):
+        np.testing.assert_array_equal(mine, other)
+    poses = np.stack([truth["pose"] for truth in ours.call("truth")])
+    for mine, other in zip(ours.get_attr("observation_model"), theirs.get_attr("observation_model"), strict=True):
+        np.testing.assert_array_equal(mine.log_likelihood(poses), other.log_likelihood(poses))
+    for generator, other in zip(ours.get_attr("np_random"), theirs.get_attr("np_random"), strict=True):
+        assert generator.random() == other.random()
+
+
+def test_attributes_are_set_for_all():
+    ours = WalkerTrackingVector(3, observation="mask", size=36, horizon=12, lost_after=9.0)
+    ours.reset(seed=0)
+    for values in (0.01, [0.01] * 3, (0.01,) * 3):
+        ours.set_attr("lost_after", values)
+        assert ours.get_attr("lost_after") == (0.01,) * 3
+    infos = [ours.step(np.ones(ours.action_space.shape))[-1]["lost"].all() for _ in range(10)]
+    assert infos == [False] * 9 + [True]
+    for values in ([0.1, 0.2, 0.1], [0.1] * 2):
+        with pytest.raises(MotionError, match="values must be one for all of 3 environments, which share lost_after"):
+            ours.set_attr("lost_after", values)
+    with pytest.raises(MotionError, match="lost_after must be"):
+        ours.set_attr("lost_after", -1.0)
+
+
+def test_what_acts_on_all_at_once_or_isnt_there_is_refused():
+    ours = WalkerTrackingVector(2, observation="mask", size=36)
+    with pytest.raises(ResetNeeded):
+        ours.call("truth")
+    with pytest.raises(MotionError, match=r"step acts on all environments of a WalkerTrackingVector: call step\(\)"):
+        ours.call("step", None)
+    with pytest.raises(AttributeError, match="nothing"):
+        ours.get_attr("nothing")

@@ -44,6 +44,28 @@ class PointFeatures(nn.Module):
         return None
 
 
+class JointFeatures(nn.Module):
+    """True joints (frames, n, 45), of which `scored` are asked for: what a fully observable task shows.
+
+    Args:
+        scored: indices of the joints that an action says.
+    """
+
+    size, scale = UNITS, 1.0
+
+    def __init__(self, scored: list[int]):
+        super().__init__()
+        self.first, self.scored = nn.Linear(45, UNITS), scored
+
+    def forward(self, seen: torch.Tensor, before: torch.Tensor | None) -> Noticed:
+        """As `Noticed`."""
+        return torch.relu(self.first(seen)), seen.unflatten(-1, (15, 3))[..., self.scored, :], before
+
+    def blank(self, n: int) -> torch.Tensor | None:
+        """What is remembered before the first frame."""
+        return None
+
+
 class SilhouetteFeatures(nn.Module):
     """Silhouettes (frames, SIZE, SIZE) from 0 to 1: where they are, how large, and what they look like close up."""
 

@@ -4,19 +4,15 @@ Observations are the inputs, `truth()` gives the targets, and the loss is what t
 change what is seen, so those of these episodes don't matter. An agent that is evaluated has no `truth()`.
 """
 
-import time
-
 import gymnasium
 import numpy as np
 import torch
 
-from benchmarks.envs.tasks.networks import Network
-from motionenv.body.joints_kernel import joints_of
+from benchmarks.envs.tasks.networks import SCORED, Network
 from motionenv.envs.simulation.picture_world import PictureWorld
 
-RATE, LEAST = 3e-3, 1e-5  # learning rate at first and at last, as a cosine over the time
+RATE, LEAST = 3e-3, 1e-5  # learning rate at first and at last, as a cosine over the frames
 CHUNK = 30  # frames between updates
-SCORED = {"ArmTracking": [6, 8]}
 
 
 def watched(env, network: Network, scored) -> tuple[torch.Tensor, torch.Tensor]:
@@ -37,9 +33,7 @@ def true_joints(env) -> np.ndarray:
     world = env.unwrapped.world
     if not isinstance(world, PictureWorld):
         return np.array([truth["joints"] for truth in env.unwrapped.truth()])
-    joints = np.empty((world.n, 1, 15, 3))
-    joints_of(0, world.n, world.stage.now()[:, None], world.stage.offsets, joints)
-    return joints[:, 0]
+    return world.stage.joints(np.arange(world.n))
 
 
 def improve(network: Network, optimiser: torch.optim.Optimizer, inputs: torch.Tensor, truths: torch.Tensor) -> float:
@@ -57,18 +51,18 @@ def improve(network: Network, optimiser: torch.optim.Optimizer, inputs: torch.Te
 
 
 def slow_down(optimiser: torch.optim.Optimizer, done: float) -> None:
-    """Lower the learning rate as a cosine of the share of the time that is `done`."""
+    """Lower the learning rate as a cosine of the share of the frames that is `done`."""
     for group in optimiser.param_groups:
         group["lr"] = RATE * 0.5 * (1 + np.cos(np.pi * done)) + LEAST
 
 
-def imitate(task: str, remembers: bool, minutes: float, seed: int = 0) -> Network:
-    """A network that has learned for so many minutes of one core's time.
+def imitate(task: str, remembers: bool, frames: int, seed: int = 0) -> Network:
+    """A network that has learned from so many frames, rounded up to whole episodes.
 
     Args:
         task: an id.
         remembers: whether it is recurrent.
-        minutes: of training, episodes included.
+        frames: of split "train", of all environments together.
         seed: of the network and the episodes.
     """
     torch.manual_seed(seed)
@@ -77,16 +71,16 @@ def imitate(task: str, remembers: bool, minutes: float, seed: int = 0) -> Networ
     env = gymnasium.make_vec(task, num_envs=n, split="train", autoreset_mode="Disabled")
     env.reset(seed=seed)
     network = Network(env, remembers)
-    scored = next((joints for name, joints in SCORED.items() if name in task), slice(None))
+    scored = SCORED[network.joints]
     optimiser = torch.optim.Adam(network.parameters(), lr=RATE)
-    began, frames, shown = time.process_time(), 0, 0.0
-    while (done := (time.process_time() - began) / (60 * minutes)) < 1.0:
+    seen, shown = 0, 0.0
+    while (done := seen / frames) < 1.0:
         slow_down(optimiser, done)
         inputs, truths = watched(env, network, scored)
         loss = improve(network, optimiser, inputs, truths)
-        frames += inputs.shape[0] * n
+        seen += inputs.shape[0] * n
         if done >= shown:
-            print(f"  {task} {60 * minutes * done:4.0f} s, {frames:9,} frames: {1000 * loss:.0f} mm", flush=True)
+            print(f"  {task} {seen:9,} frames: {1000 * loss:.0f} mm", flush=True)
             shown += 0.25
     env.close()
     return network.eval()

@@ -9,7 +9,9 @@ import numpy as np
 import torch
 from torch import nn
 
-from benchmarks.envs.tasks.features import UNITS, PictureFeatures, PointFeatures
+from benchmarks.envs.tasks.features import UNITS, JointFeatures, PictureFeatures, PointFeatures
+
+SCORED = {15: list(range(15)), 2: [6, 8]}  # joints that are asked for, by their number: all, or elbow and wrist
 
 #: What is remembered: by the GRU (1, n, UNITS), and by features (n, ...); None is nothing.
 State = tuple[torch.Tensor | None, torch.Tensor | None] | None
@@ -26,8 +28,14 @@ class Network(nn.Module):
     def __init__(self, env, remembers: bool):
         super().__init__()
         self.joints, space = env.single_action_space.shape[0], env.single_observation_space
-        self.points = hasattr(space, "spaces")
-        self.features = PointFeatures() if self.points else PictureFeatures(space.shape[-1] == 3, remembers)
+        self.points, self.shown = hasattr(space, "spaces"), not hasattr(space, "spaces") and len(space.shape) == 2
+        self.features: nn.Module
+        if self.points:
+            self.features = PointFeatures()
+        elif self.shown:
+            self.features = JointFeatures(SCORED[self.joints])
+        else:
+            self.features = PictureFeatures(space.shape[-1] == 3, remembers)
         size = self.features.size
         self.memory = nn.GRU(size, UNITS) if remembers else None
         self.last = nn.Sequential(
@@ -46,6 +54,8 @@ class Network(nn.Module):
 
     def inputs(self, observation) -> torch.Tensor:
         """A vector environment's observation as `forward` takes it, without the axis of frames."""
+        if self.shown:
+            return torch.from_numpy(observation.reshape(len(observation), 45))
         if not self.points:
             return torch.from_numpy(np.ascontiguousarray(np.moveaxis(observation, -1, 1)))
         points = observation["points"].reshape(len(observation["points"]), 30)

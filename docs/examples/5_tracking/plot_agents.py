@@ -9,10 +9,10 @@ per joint with a 95 % interval over episodes, here eight of them. The same eight
 import matplotlib.pyplot as plt
 import numpy as np
 
-from motionenv.envs.agents import Blob, ConstantVelocity, MeanPose, score
+from motionenv.envs.agents import Blob, Kalman, MeanPose, score
 
 levels = ("Easy", "Medium", "Hard")
-agents = {"mean pose": MeanPose, "blob": Blob, "constant velocity": ConstantVelocity}
+agents = {"mean pose": MeanPose, "blob": Blob, "Kalman filter": Kalman}
 tasks = [f"motionenv/WalkerTracking-{level}-v1" for level in levels]
 reports = {name: [score(task, agent, episodes=8) for task in tasks] for name, agent in agents.items()}
 print(" " * 19 + "Easy    Medium  Hard")
@@ -21,9 +21,9 @@ for name, results in reports.items():
     print(f"{name:18}", "  ".join(means))
 
 # %%
-# The mean pose ignores the picture. The blob puts the mean pose where the silhouette is; constant velocity also
+# The mean pose ignores the picture. The blob puts the mean pose where the silhouette is; the Kalman filter also
 # remembers how the silhouette moved. In plain view (Easy) both are far better than the mean pose. In clutter, with a
-# passer-by (Hard), they are no better than not looking at all. The :doc:`leaderboard </made/leaderboard>` has more
+# passer-by (Hard), they are little better than not looking at all. The :doc:`leaderboard </made/leaderboard>` has more
 # episodes, particle filters and trained networks.
 
 figure, axis = plt.subplots(figsize=(7, 3.2), layout="constrained")

@@ -8,6 +8,7 @@ from gymnasium.vector import VectorEnv
 
 from motionenv.body.arm_reaching import RIGHT_ARM
 from motionenv.envs.base import Observation
+from motionenv.envs.simulation.marker_world import MarkerWorld
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS
 
@@ -20,8 +21,8 @@ class Actions:
     Attributes:
         n: number of environments; 1 for a single one.
         form, samples: "pose", "joints" or "belief", and the number of poses in an estimate.
-        names: of the observations: "rgb", "mask", "depth", or "points" and "seen".
-        arm, points: whether only the right arm is estimated, and whether markers are observed instead of images.
+        names: of the observations: "rgb", "mask", "depth", "points" and "seen", or "joints", which is the truth.
+        arm, points: whether only the right arm is estimated, and whether it is a world of markers instead of images.
         far: depth [m] of the background in depth images.
 
     Raises:
@@ -37,14 +38,15 @@ class Actions:
         if isinstance(observed, spaces.Dict):
             named: dict[str, Any] = observed.spaces
         else:
-            named = {"depth" if observed.dtype.kind == "f" else "mask" if observed.shape[-1] == 1 else "rgb": observed}
+            kinds = {("f", 3): "joints", ("f", 1): "depth", ("u", 1): "mask", ("u", 3): "rgb"}
+            named = {kinds[observed.dtype.kind, observed.shape[-1]]: observed}
         if "roster" in named:
             raise MotionError(
                 "this agent estimates one body, not where several people are: for ActiveTracking use still, sweep, "
                 "greedy, planner or oracle, which are in motionenv.envs.active"
             )
         self.names = list(named)
-        self.points = "points" in named
+        self.points = isinstance(self.env.world, MarkerWorld)
         self.far = float(np.max(named["depth"].high)) if "depth" in named else np.inf
         shape = space.shape
         self.form = "pose" if len(shape) == 1 else "joints" if shape[-1] == 3 else "belief"

@@ -1,14 +1,13 @@
 """Baseline agents: lower and upper bounds for the tracking environments.
 
     >>> import gymnasium, motionenv.envs
-    >>> from motionenv.envs.agents import ConstantVelocity, evaluate
+    >>> from motionenv.envs.agents import Kalman, evaluate
     >>> env = gymnasium.make("motionenv/MarkerTracking-v1")
-    >>> error = evaluate(env, ConstantVelocity(env), episodes=2, seed=1).errors.mean()  # [m] per joint
+    >>> error = evaluate(env, Kalman(env), episodes=2, seed=1).errors.mean()  # [m] per joint
 
-`MeanPose` ignores observations. `Blob` puts the mean pose where the silhouette or the markers are. `ConstantVelocity`
-uses 2D detections, extrapolates them at constant velocity while they are missing, and takes the rest from the mean
-pose. `Oracle` reads the ground truth. The others use only what agents may know: the spaces and, for images, the camera.
-Poses are those of walking; beliefs have the spread of the population of walkers.
+`MeanPose` ignores observations. `Kalman` filters 2D detections, and takes the rest from the mean pose; `Blob` does so
+from the last frame alone. `Oracle` reads the ground truth. The others use only what agents may know: the spaces and,
+for images, the camera. Poses are those of walking; beliefs have the spread of the population of walkers.
 """
 
 from __future__ import annotations
@@ -35,6 +34,7 @@ _WALK = "walk/fpca"
 _CYCLE = 64  # frames of a cycle over which poses are averaged
 _REACHED = 20_000  # frames of reaching over which poses are averaged
 _STANDING = 0.53  # pelvis height of a standing body, relative to body height
+_SAMPLES = 400  # poses whose variance is that of markers
 _SPREAD = 0.02  # [m, rad] standard deviation of the oracle's beliefs
 
 
@@ -67,34 +67,37 @@ class MeanPose(_Baseline):
         return self._actions.of(self._poses[None], self._joints[None])
 
 
-class ConstantVelocity(_Baseline):
-    """Follows 2D detections, and extrapolates them at constant velocity while there are none.
+class Kalman(_Baseline):
+    """Kalman filters (Kalman 1960) of what detections show, and the mean pose for the rest.
 
-    Markers: the last two visible positions of each are extrapolated; depth is the mean pose's. Images: the mean pose of
-    walking is moved to where the silhouette is on the ground, as its feet and its height tell, and turned to where it
-    goes.
+    Markers: each coordinate in the picture is a constant of its own plus a damped oscillation at the rate of strides;
+    depth is the mean pose's. Images: detections of the silhouette on the ground, as its feet and its height tell,
+    correct a place that moves at a velocity that fades; the mean pose of walking is moved there and turned to where it
+    goes. Who isn't detected is where the filter expects them. Settings were chosen on split "train".
 
     Args:
-        env: the environment, single or vector; its images are masks, depths or rgb, or several.
+        env: the environment, single or vector, of markers, or whose images are masks, depths or rgb, or several.
 
     Raises:
-        MotionError: ArmTracking, where silhouettes don't move.
+        MotionError: ArmTracking, where silhouettes don't move, or an environment that shows the truth alone.
     """
 
-    _kept = 0.97  # weight of a frame relative to the next
+    _remembers = True
 
     def __init__(self, env: Any) -> None:
         self._actions = Actions(env)
+        name = type(self).__name__
         if self._actions.arm:
-            raise MotionError("ConstantVelocity supports markers and walkers only: use another agent for ArmTracking")
+            raise MotionError(f"{name} supports markers and walkers only: use another agent for ArmTracking")
+        if self._actions.names == ["joints"]:
+            raise MotionError(f"{name} looks at images or points, and this environment shows joints: use Oracle")
         self._poses = walking_poses(self._actions.samples)
         self._joints = markers(self._poses, from_height())
         self._look: SeenPoints | SeenWalkers
         if self._actions.points:
-            never = np.stack([np.zeros(15), self._joints[0, :, 2]], axis=-1)
-            self._look = SeenPoints(never, self._actions.n)
+            self._look = SeenPoints(self._actions.n, self._actions.env.world.fps, self._remembers)
         else:
-            self._look = SeenWalkers(self._actions.n, self._kept)
+            self._look = SeenWalkers(self._actions.n, self._actions.env.world.fps, self._remembers)
 
     def reset(self, observation: Observation, began: ArrayLike | None = None) -> None:
         """Forget ended episodes; see `Agent` for `observation` and `began`."""
@@ -112,7 +115,7 @@ class ConstantVelocity(_Baseline):
             joints = np.zeros((self._actions.n, 1, 15, 3))
             joints[:, 0, :, [0, 2]] = np.moveaxis(self._look.at(seen["points"], seen["seen"]), -1, 0)
             return self._actions.of(None, joints)
-        place, heading = self._look.at(seen, self._actions.far, self._actions.env.world.fps)
+        place, heading = self._look.at(seen, self._actions.far)
         poses, turn = np.tile(self._poses, (len(place), 1, 1)), np.zeros((len(place), 3, 3))
         turn[:, 0, 0] = turn[:, 1, 1] = np.cos(heading)
         turn[:, 0, 1], turn[:, 1, 0], turn[:, 2, 2] = np.sin(heading), -np.sin(heading), 1.0
@@ -123,27 +126,14 @@ class ConstantVelocity(_Baseline):
         return self._actions.of(poses, joints)
 
 
-class Blob(ConstantVelocity):
-    """The mean pose at the centre of what the last frame of `env` shows; it remembers nothing else.
+class Blob(Kalman):
+    """As `Kalman`, but from the last frame of `env` alone: it remembers nothing.
 
     Raises:
-        MotionError: ArmTracking, where silhouettes don't move.
+        MotionError: as of `Kalman`.
     """
 
-    _kept = 0.0
-
-    def act(self, observation: Observation) -> np.ndarray:
-        """The mean pose, moved to what `observation` shows."""
-        if not self._actions.points:
-            return super().act(observation)
-        seen = self._actions.batched(observation)
-        shown = (seen["seen"] > 0)[..., None]
-        mean = self._joints.copy()
-        mean[..., :2] = 0.0  # walkers face anywhere
-        shift = (shown * (seen["points"] - mean[:, :, [0, 2]])).sum(1) / np.maximum(shown.sum(1), 1)
-        joints = np.repeat(mean[None], len(shift), axis=0)
-        joints[..., [0, 2]] += shift[:, None, None]
-        return self._actions.of(None, joints)
+    _remembers = False
 
 
 class Oracle(_Baseline):
@@ -211,108 +201,160 @@ def reaching_poses(n: int) -> np.ndarray:
 _HEIGHT = 1.75  # [m] average body height
 _TALL = 0.1  # [m] standard deviation of body height
 _PIXELS = 0.5  # [pixels] standard deviation of the rows of head and feet
-_STILL = 0.05  # [s²] variance of one frame's position over that of velocities
 _MOVES = 0.2  # [m/s] least speed that tells a heading
 _AREA = 0.45  # [m²] typical area of a silhouette
 _CREDIBLE = 0.3, 2.0  # plausible range of a silhouette's area, relative to the typical one
 _AGREE = 1.4  # ratio of the two distances above which feet or head are hidden
+_UNSURE = 0.15  # standard deviation of a distance where they disagree, relative to it
 _SURE = 0.9  # foreground probability above which a pixel of a colour image counts
+_SMALL = 12  # least pixels of a part of the foreground that may be somebody
+_ASIDE = 0.12  # [m] standard deviation of a silhouette's centre from the root, across the line of sight
+_START = 1.6, 1.0  # [m, m/s] standard deviation of where people start, and of their velocity
+_FADES, _PUSHED = 1.5, 0.6  # [s] in which a velocity fades, and noise of accelerations [m/s²·√s]
+_GATE = 9.0  # squared Mahalanobis distance above which a detection is of something else
+_LOST = 5  # frames in a row in which all detections are of something else, after which the filter starts anew
+
+_RATES = 2 * np.pi * np.array([0.95, 1.9])  # [rad/s] of markers' oscillations to the side and up: strides, and steps
+_DAMPED = 2.0  # [s] in which an oscillation is forgotten
+_BLUR = 0.015  # [m] standard deviation of a marker's position in a picture
 
 
 class SeenPoints:
-    """2D points of `n` environments, extrapolated at constant velocity while missing; at `never` (15, 2) until seen."""
+    """Kalman filters of the 2D points of `n` environments at `fps` [Hz]; without `remembers`, of each frame alone.
 
-    def __init__(self, never: np.ndarray, n: int) -> None:
-        self._never = never
-        self._points = np.tile(never, (2, n, 1, 1))  # the last two seen
-        self._times = np.zeros((2, n, 15))
-        self._time = np.zeros(n)
+    The state of a coordinate: its constant, its oscillation [m], and the oscillation's quadrature [m]. Means and
+    variances are those of walkers who walk in any direction.
+    """
+
+    def __init__(self, n: int, fps: float, remembers: bool = True) -> None:
+        joints = markers(walking_poses(_SAMPLES), from_height())
+        high, around = joints[..., 2], np.square(joints[..., :2]).mean(0) / 2  # forward and left, seen from anywhere
+        self._mean = np.stack([np.zeros(15), high.mean(0)], axis=-1)
+        self._start = np.zeros((15, 2, 3, 3))
+        self._start[..., 0, 0] = np.stack([around[:, 1] + _BLUR**2, (high.mean(0) * _TALL / _HEIGHT) ** 2], -1)
+        self._start[..., 1, 1] = self._start[..., 2, 2] = np.stack([around.sum(-1), high.var(0)], -1)
+        kept, angle = np.exp(-1 / (fps * _DAMPED)), _RATES / fps
+        self._move = np.zeros((2, 3, 3))
+        self._move[:, 0, 0] = 1.0
+        self._move[:, 1, 1] = self._move[:, 2, 2] = kept * np.cos(angle)
+        self._move[:, 1, 2], self._move[:, 2, 1] = kept * np.sin(angle), -kept * np.sin(angle)
+        self._noise = (1 - kept**2) * self._start * np.diag([0.0, 1.0, 1.0])
+        self._states, self._spread = np.zeros((n, 15, 2, 3)), np.tile(self._start, (n, 1, 1, 1, 1))
+        self._remembers = remembers
 
     def forget(self, began: np.ndarray) -> None:
-        self._points[:, began] = self._never
-        self._times[0, began], self._times[1, began] = -1.0, -2.0
-        self._time[began] = 0.0
+        self._states[began], self._spread[began] = 0.0, self._start
 
     def at(self, points: np.ndarray, seen: np.ndarray) -> np.ndarray:
         """Current positions of the points (n, 15, 2), given those that are seen (n, 15)."""
-        seen = seen > 0
-        now = np.repeat(self._time[:, None], 15, axis=1)
-        first = seen & (self._times[0] < 0)  # seen for the first time: start with zero velocity
-        self._points[1] = np.where((seen & ~first)[..., None], self._points[0], self._points[1])
-        self._times[1] = np.where(seen & ~first, self._times[0], self._times[1])
-        self._points[1] = np.where(first[..., None], points, self._points[1])
-        self._points[0] = np.where(seen[..., None], points, self._points[0])
-        self._times[0] = np.where(seen, now, self._times[0])
-        self._time += 1.0
-        velocity = (self._points[0] - self._points[1]) / (self._times[0] - self._times[1])[..., None]
-        return self._points[0] + velocity * (now - self._times[0])[..., None]
+        if not self._remembers:
+            self.forget(np.ones(len(points), bool))
+        spread, read = self._spread, np.array([1.0, 1.0, 0.0])
+        covers = spread @ read
+        gain = covers / (covers @ read + _BLUR**2)[..., None] * (seen > 0)[..., None, None]
+        off = np.where(seen[..., None] > 0, points - self._mean - self._states @ read, 0.0)
+        states = self._states + gain * off[..., None]
+        spread = spread - gain[..., :, None] * covers[..., None, :]
+        self._states = np.einsum("cij,nmcj->nmci", self._move, states)
+        self._spread = self._move @ spread @ np.swapaxes(self._move, -1, -2) + self._noise
+        return self._mean + states @ read
 
 
 class SeenWalkers:
-    """Positions and headings of walkers on the ground, from their silhouettes in n environments.
+    """Kalman filters of the positions and velocities of walkers on the ground, from their silhouettes.
 
-    A line through the positions over time, by least squares, is extrapolated while nothing is seen. A frame weighs
-    `kept` times as much as the next; 0 uses only the last frame in which a walker was seen.
+    Args:
+        n, fps: number of environments, and their frame rate [Hz].
+        remembers: whether more than the current frame counts.
     """
 
-    def __init__(self, n: int, kept: float = 0.97) -> None:
-        self._kept = kept
+    def __init__(self, n: int, fps: float, remembers: bool = True) -> None:
+        self._remembers, dt, both = remembers, 1 / fps, np.eye(2)
         self._cameras: list[Camera | None] = [None] * n
         self._backgrounds = [Background() for _ in range(n)]
-        self._sums = np.zeros((n, 3))  # of weights, and of their products with the time and its square [s]
-        self._places = np.zeros((n, 2, 2))  # of products with the position, and with time and position
-        self._time = np.zeros(n)
+        kept = np.exp(-dt / _FADES)
+        self._move = np.kron([[1.0, dt], [0.0, kept]], both)
+        self._noise = _PUSHED**2 * np.kron([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]], both)
+        self._start = np.diag(np.repeat(_START, 2) ** 2)
+        self._states, self._spread = np.zeros((n, 4)), np.tile(self._start, (n, 1, 1))
+        self._missed = np.zeros(n, int)
 
     def forget(self, began: np.ndarray, cameras: Sequence[Camera]) -> None:
         for slot, camera in zip(np.flatnonzero(began), cameras, strict=True):
             self._cameras[slot], self._backgrounds[slot] = camera, Background()
-        self._sums[began], self._places[began], self._time[began] = 0.0, 0.0, 0.0
+        self._states[began], self._spread[began], self._missed[began] = 0.0, self._start, 0
 
-    def at(self, pictures: dict[str, np.ndarray], far: float, fps: float) -> tuple[np.ndarray, np.ndarray]:
+    def at(self, pictures: dict[str, np.ndarray], far: float) -> tuple[np.ndarray, np.ndarray]:
         """The walkers' x and y (n, 2) [m], and their headings (n,) [rad], 0 while unknown.
 
         `pictures` are "mask", "depth" or "rgb" by name, each (n, height, width, channels), with a background at depth
-        `far` [m]; `fps` is the frame rate [Hz].
+        `far` [m].
         """
-        for slot in range(len(self._time)):
+        if not self._remembers:
+            self._states[:], self._spread[:] = 0.0, self._start
+        for slot, background in enumerate(self._backgrounds):
             if "mask" in pictures:
                 foreground = pictures["mask"][slot, ..., 0] > 0
             elif "depth" in pictures:
                 foreground = pictures["depth"][slot, ..., 0] < far
             else:
-                rgb, background = pictures["rgb"][slot], self._backgrounds[slot]
+                rgb = pictures["rgb"][slot]
                 background.observe(rgb)
                 foreground = foreground_probability(rgb, background.estimate()) > _SURE
-            self._place(slot, foreground)
-        weight = np.maximum(self._sums[:, 0], 1e-9)
-        middle, mean = self._sums[:, 1] / weight, self._places[:, 0] / weight[:, None]
-        spread = self._sums[:, 2] - weight * middle**2 + _STILL
-        velocity = (self._places[:, 1] - (weight * middle)[:, None] * mean) / spread[:, None]
-        place = mean + velocity * (self._time - middle)[:, None]
-        self._time += 1.0 / fps
-        moves = np.hypot(*velocity.T) > _MOVES
-        return place, np.where(moves, np.arctan2(velocity[:, 1], velocity[:, 0]), 0.0)
+            self._correct(slot, foreground)
+        place, velocity = self._states[:, :2].copy(), self._states[:, 2:].copy()
+        self._states = self._states @ self._move.T
+        self._spread = self._move @ self._spread @ self._move.T + self._noise
+        return place, np.where(np.hypot(*velocity.T) > _MOVES, np.arctan2(velocity[:, 1], velocity[:, 0]), 0.0)
 
-    def _place(self, slot: int, foreground: np.ndarray) -> None:
-        """Process one silhouette (height, width), unless its area is implausible."""
-        camera, size = self._cameras[slot], float(foreground.sum())
+    def _correct(self, slot: int, foreground: np.ndarray) -> None:
+        """Correct the state by the likeliest detection in a `foreground` (height, width), if it is credible."""
+        camera, spread = self._cameras[slot], self._spread[slot]
         assert camera is not None, "call forget() first"
-        columns, rows = foreground.sum(0), foreground.sum(1).cumsum()
-        if not size:
-            return
-        column = columns @ np.arange(len(columns)) / size
+        best: tuple[float, np.ndarray, np.ndarray] | None = None
+        found = detections(camera, foreground)
+        for place, noise in found:
+            off, precise = place - self._states[slot, :2], np.linalg.inv(spread[:2, :2] + noise)
+            away = float(off @ precise @ off)
+            cost = away - np.linalg.slogdet(precise)[1]
+            if away < _GATE and (best is None or cost < best[0]):
+                best = cost, off, spread[:, :2] @ precise
+        self._missed[slot] = 0 if best else self._missed[slot] + bool(found)
+        if best is not None:
+            _, off, gain = best
+            self._states[slot] += gain @ off
+            self._spread[slot] = spread - gain @ spread[:2]
+        elif self._missed[slot] > _LOST:
+            self._states[slot], self._spread[slot], self._missed[slot] = 0.0, self._start, 0
+
+
+def detections(camera: Camera, foreground: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Where people may stand, x and y (2,) [m], and covariances (2, 2) [m²], as a foreground (height, width) shows.
+
+    Parts of the `foreground` that touch count, and all of it together, as something thin may stand before somebody; the
+    `camera` is as of `walker_at`. Left out is what is too small or too large for a person.
+    """
+    from scipy.ndimage import label
+
+    parts, count = label(foreground, np.ones((3, 3)))
+    found = []
+    for part in [foreground, *(parts == k for k in range(1, count + 1) if count > 1)]:
+        size = float(part.sum())
+        if size < _SMALL:
+            continue
+        columns, rows = part.sum(0), part.sum(1).cumsum()
+        column = float(columns @ np.arange(len(columns)) / size)
         top, bottom = (float(np.searchsorted(rows, share * size)) for share in (0.01, 0.99))
-        place, depth = walker_at(camera, float(column), top - 0.5, bottom + 0.5)
+        place, depth, spread = walker_at(camera, column, top - 0.5, bottom + 0.5)
         usual = _AREA * (camera.K[1, 1] / depth) ** 2
-        if not _CREDIBLE[0] * usual < size < _CREDIBLE[1] * usual:
-            return
-        time = self._time[slot]
-        self._sums[slot] = self._kept * self._sums[slot] + (1.0, time, time**2)
-        self._places[slot] = self._kept * self._places[slot] + np.outer((1.0, time), place)
+        if _CREDIBLE[0] * usual < size < _CREDIBLE[1] * usual:
+            forward = camera.R[2, :2]
+            found.append((place, _ASIDE**2 * np.eye(2) + spread**2 * np.outer(forward, forward)))
+    return found
 
 
-def walker_at(camera: Camera, column: float, top: float, bottom: float) -> tuple[np.ndarray, float]:
-    """Where somebody stands, x and y (2,) [m], and the distance along the camera's axis [m].
+def walker_at(camera: Camera, column: float, top: float, bottom: float) -> tuple[np.ndarray, float, float]:
+    """Where somebody stands, x and y (2,) [m], the distance along the camera's axis, and its standard deviation [m].
 
     The highest row tells a distance if the body has average height, the lowest if the feet are on the ground. It is
     their mean, weighted by their precision, or the smaller one if they disagree: who is partly hidden seems farther.
@@ -329,4 +371,5 @@ def walker_at(camera: Camera, column: float, top: float, bottom: float) -> tuple
     agree = depths.max() < _AGREE * depths.min()
     depth = float(depths @ precise / precise.sum() if agree else depths.min())
     ray = np.array([(column - camera.K[0, 2]) / camera.K[0, 0], 0.0, 1.0])
-    return camera.centre[:2] + depth * (camera.R.T @ ray)[:2], depth
+    spread = depth * (precise.sum() ** -0.5 if agree else _UNSURE)
+    return camera.centre[:2] + depth * (camera.R.T @ ray)[:2], depth, float(spread)

@@ -16,7 +16,7 @@ from gymnasium.vector import VectorEnv
 
 from motionenv._core.validation import checked_whole
 from motionenv.envs import active
-from motionenv.envs.agents.baselines import Blob, ConstantVelocity, MeanPose, Oracle
+from motionenv.envs.agents.baselines import Blob, Kalman, MeanPose, Oracle
 from motionenv.envs.agents.particle_filter import TrackingAgent
 from motionenv.envs.base import Observation
 from motionenv.envs.tasks import TASKS, settings
@@ -128,7 +128,7 @@ def _oracle(env: Any) -> Agent:
 
 #: Shipped agents by name; the last four play ActiveTracking, and "oracle" plays everything.
 AGENTS: dict[str, Callable[[Any], Agent]] = {
-    "mean-pose": MeanPose, "blob": Blob, "constant-velocity": ConstantVelocity,
+    "mean-pose": MeanPose, "blob": Blob, "kalman": Kalman,
     "particle-filter": lambda env: TrackingAgent(env, seed=0, threads=1), "oracle": _oracle,
     "still": active.Still, "sweep": active.Sweep, "greedy": active.Greedy, "planner": active.Planner,
 }  # fmt: skip
@@ -172,7 +172,8 @@ def score(
 
     Returns:
         What JSON can hold: task, split, agent, settings, seeds, mean error [m] and return of each episode, their means
-        with 95 % bootstrap intervals over episodes, the seconds it took, and versions.
+        with 95 % bootstrap intervals over episodes, the normalised return, where 0 is the mean return of `MeanPose` (in
+        ActiveTracking, of `Still`) in the same episodes and 1 that of the oracle, the seconds it took, and versions.
 
     Raises:
         MotionError: no such task, split or agent, or a number of episodes below 1.
@@ -195,13 +196,37 @@ def score(
         "seeds": list(range(FIRST_SEED, FIRST_SEED + episodes)),
         "errors": errors.tolist(), "mean_error": errors.mean(), "error_interval": interval(errors),
         "returns": returns.tolist(), "mean_return": returns.mean(), "return_interval": interval(returns),
-        "seconds": time.perf_counter() - began,
+        **_normalised(task, changed, returns), "seconds": time.perf_counter() - began,
         "versions": {name: version(name) for name in ("motionenv", "gymnasium", "numpy")}
         | {"python": platform.python_version(), "platform": sys.platform},
     }  # fmt: skip
 
 
-def interval(values: np.ndarray) -> list[float]:
-    """The 95 % bootstrap interval [low, high] of the mean of `values` (n,), always the same."""
+def interval(values: np.ndarray, *bounds: np.ndarray) -> list[float]:
+    """The 95 % bootstrap interval [low, high] of the mean of `values` (n,), always the same.
+
+    With `bounds` (n,), the worst and the best, of the normalised mean: 0 where it is the mean of the worst, 1 the best.
+    """
     drawn = np.random.default_rng(0).integers(len(values), size=(_RESAMPLED, len(values)))
-    return np.percentile(values[drawn].mean(axis=1), [2.5, 97.5]).tolist()
+    means = values[drawn].mean(axis=1)
+    if bounds:
+        worst, best = (bound[drawn].mean(axis=1) for bound in bounds)
+        means = (means - worst) / (best - worst)
+    return np.percentile(means, [2.5, 97.5]).tolist()
+
+
+def _normalised(task: str, changed: dict[str, Any], returns: np.ndarray) -> dict[str, Any]:
+    """The normalised return of `returns` (n,) and its interval; a fully observable twin has the same episodes."""
+    n, bounds = len(returns), []
+    twin, least = (TASKS[task].full, MeanPose) if TASKS[task].full else (task, active.Still)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ExtrapolationWarning)
+        for make in (least, _oracle):
+            env = gymnasium.make_vec(twin, num_envs=n, vectorization_mode="vector_entry_point", **changed)
+            bounds.append(evaluate(env, make(env), n, seed=FIRST_SEED).returns)
+            env.close()
+    worst, best = (bound.mean() for bound in bounds)
+    return {
+        "normalised_return": (returns.mean() - worst) / (best - worst),
+        "normalised_interval": interval(returns, *bounds),
+    }

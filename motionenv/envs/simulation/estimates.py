@@ -117,7 +117,7 @@ class Estimates:
         The reward is minus that error. For a belief, the error is that of its mean, and the reward is minus the energy
         score divided by √joints, which makes it comparable with an error per joint.
         """
-        true, actions = _true_joints(poses, offsets), self.scale.estimates(actions)
+        true, actions = true_joints(poses, offsets), self.scale.estimates(actions)
         joints = self._joints_of(actions, true, poses, offsets)
         error = self._error(self._point(actions, joints), true)
         if self.form != "belief":
@@ -136,7 +136,7 @@ class Estimates:
 
         Needs `actions`, `poses` and `offsets`.
         """
-        true, actions = _true_joints(poses, offsets), self.scale.estimates(actions)
+        true, actions = true_joints(poses, offsets), self.scale.estimates(actions)
         return self._point(actions, self._joints_of(actions, true, poses, offsets))
 
     def close(self) -> None:
@@ -174,7 +174,8 @@ class Estimates:
         return error if self._whole else error * (len(MARKERS) / len(self._scored))
 
 
-def _true_joints(poses: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+def true_joints(poses: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """The joints (n, 15, 3) [m] of `poses` (n, 25) of bodies with `offsets` (n, 16, 3)."""
     joints = np.empty((len(poses), 1, 15, 3))
     joints_of(0, len(poses), poses[:, None], offsets, joints)
     return joints[:, 0]

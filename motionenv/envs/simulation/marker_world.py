@@ -25,6 +25,8 @@ from motionenv.types import MARKERS, Camera
 
 #: Reach of normalised actions [m].
 REACH = 2.0
+#: What can be observed: markers in an image, or their true positions, which makes the environment fully observable.
+SENSES = ("points", "joints")
 #: Fourier walkers per split.
 WALKERS = 4096
 
@@ -41,15 +43,21 @@ class MarkerWorld(World):
         source: of the motion; its frames are horizon + 1.
         sensor: marker sensor model.
         angles: range (low, high) of view angles [rad].
+        full: whether the true positions are observed instead of the sensor's.
     """
 
-    def __init__(self, n: int, source: Source, sensor: MarkerSensor, angles: tuple[float, float], actions: str) -> None:
+    def __init__(
+        self, n: int, source: Source, sensor: MarkerSensor, angles: tuple[float, float], actions: str,
+        full: bool = False,
+    ) -> None:  # fmt: skip
         self.n = n
         self.horizon = source.frames - 1
         self.fps = source.fps
-        self.observation_space: Space = spaces.Dict(
-            {"points": spaces.Box(-FAR, FAR, (len(MARKERS), 2), np.float32), "seen": spaces.MultiBinary(len(MARKERS))}
-        )
+        self.full = full
+        self.observation_space: Space = spaces.Box(-FAR, FAR, (len(MARKERS), 3), np.float32)
+        if not full:
+            points, seen = spaces.Box(-FAR, FAR, (len(MARKERS), 2), np.float32), spaces.MultiBinary(len(MARKERS))
+            self.observation_space = spaces.Dict({"points": points, "seen": seen})
         self.scale = ActionScale(actions, REACH, (len(MARKERS), 3), (0, 1, 2))
         self.action_space: spaces.Box = self.scale.space
         self.time = np.zeros(n, dtype=np.intp)
@@ -69,7 +77,9 @@ class MarkerWorld(World):
             self._motion.begin(slot, rng)
         self._look(slots)
 
-    def observe(self, slots: np.ndarray) -> dict[str, np.ndarray]:
+    def observe(self, slots: np.ndarray) -> np.ndarray | dict[str, np.ndarray]:
+        if self.full:
+            return self._view.joints[slots].astype(np.float32)
         return {"points": self._view.points[slots], "seen": self._view.seen[slots]}
 
     def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

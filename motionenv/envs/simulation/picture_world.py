@@ -52,7 +52,7 @@ class PictureWorld(World):
             )
 
     def observe(self, slots: np.ndarray) -> np.ndarray | dict[str, np.ndarray]:
-        return self._sense.of(self.stage.draw(slots, rgb=self._sense.rgb))
+        return self._sense.of(self.stage, slots)
 
     def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return self.estimates.judge(actions, self.stage.now(), self.stage.offsets)
@@ -73,7 +73,9 @@ class PictureWorld(World):
             self._models[slot] = SilhouetteLikelihood(self.stage.camera(slot), still=still)
         if tuple(self._known[slot]) != (self._episodes[slot], self.time[slot]):
             frame = self.stage.draw(np.array([slot]), rgb=self._sense.rgb)
-            self._models[slot].observe(**self._sense.evidence(frame))
+            blank = self.stage.blank[slot, self.time[slot]]  # then each pixel may be anything
+            nothing = {"mask": np.full(frame.limbs.shape[1:], 0.5)}
+            self._models[slot].observe(**nothing if blank else self._sense.evidence(frame))
             self._known[slot] = self._episodes[slot], self.time[slot]
         return self._models[slot]
 
@@ -113,6 +115,8 @@ class PictureArguments(SimulatedArguments):
     occluders: int = 0
     noise: float = 0.0
     brightness: float = 0.0
+    gaps: float = 0.0
+    gap_seconds: float = 0.3
     fps: float = 30.0
     horizon: int = 90
     speed: tuple[float, float] | None = None
@@ -143,5 +147,8 @@ class PictureArguments(SimulatedArguments):
         motions, view = self.staged(source)
         scoring = {"threads": self.threads, "actions": self.actions, "reach": view.reach, **self.scored}
         estimates = Estimates(self.estimate, self.n_belief, **scoring)
-        stage = Stage(n, motions, view, size=sense.size, scenery=scenery, clothes=self.clothes, threads=self.threads)
+        stage = Stage(
+            n, motions, view, size=sense.size, scenery=scenery, clothes=self.clothes, threads=self.threads,
+            gaps=self.gaps, gap_seconds=self.gap_seconds,
+        )  # fmt: skip
         return PictureWorld(stage, sense, estimates)

@@ -8,20 +8,22 @@ import numpy as np
 from gymnasium import spaces
 
 from motionenv._core.validation import checked_whole
-from motionenv.body.joints_kernel import joints_of
 from motionenv.body.limbs import COLOURS, LIMBS
+from motionenv.envs.simulation.estimates import FAR as FARTHEST
+from motionenv.envs.simulation.estimates import true_joints
 from motionenv.envs.simulation.motion_sources import Recordings
 from motionenv.envs.simulation.views import FOV, View
 from motionenv.errors import MotionError
 from motionenv.render.cameras import view as camera_view
 from motionenv.render.raycast.multi_body import WORN, MultiBodyRaycaster, outfits
 from motionenv.render.sensors.augmentation import FAR, Augmentation, Augmenter
-from motionenv.types import Camera, Frame, Skeleton
+from motionenv.render.sensors.marker_sensor import gap_chances
+from motionenv.types import MARKERS, Camera, Frame, Skeleton
 
 #: Least and greatest image side [pixels].
 SIZES = (36, 256)
-#: Observable image types.
-SENSES = ("rgb", "mask", "depth")
+#: What can be observed: images, and the true joints, which make an environment fully observable.
+SENSES = ("rgb", "mask", "depth", "joints")
 
 
 class Motions(Protocol):
@@ -48,6 +50,7 @@ class Stage:
         size: side of the square images [pixels], as validated by `PictureSettings`.
         scenery: background, occluders, noise.
         clothes: whether colours are random or fixed.
+        gaps, gap_seconds: fraction of the time that the camera shows nothing, and how long it does so on average [s].
 
     Attributes:
         time: (n,) current frame of each episode.
@@ -56,11 +59,12 @@ class Stage:
         colours: (n, 5, 3) of `motionenv.render.raycast.multi_body.WORN`.
         K, R, t: intrinsics and extrinsics of the cameras, (n, 3, 3), (n, 3, 3), (n, 3).
         pan: (n, frames) [pixels] shift of the background to the left since the start.
+        blank: (n, frames) bool, frames in which the camera shows nothing.
     """
 
     def __init__(
         self, n: int, motions: Motions, view: View, *, size: int, scenery: Augmentation, clothes: bool,
-        threads: int | None,
+        threads: int | None, gaps: float = 0.0, gap_seconds: float = 0.3,
     ) -> None:  # fmt: skip
         n = checked_whole(n, "num_envs", 1)
         if not isinstance(clothes, bool):
@@ -71,6 +75,8 @@ class Stage:
         self._scenery = Augmenter(scenery, n, size, size, fps=motions.fps, threads=threads)
         self.time = np.zeros(n, dtype=np.intp)
         self.poses, self.pan = np.zeros((n, motions.frames, 25)), np.zeros((n, motions.frames))
+        self.blank, self._gaps = np.zeros((n, motions.frames), bool), gaps
+        self._chances = gap_chances(gaps, gap_seconds, motions.fps)
         self.offsets, self.radii, self.heights = np.zeros((n, 16, 3)), np.zeros((n, len(LIMBS), 2)), np.ones(n)
         self.colours = np.tile(np.array([*COLOURS.values()]), (n, 1, 1))
         self.K = np.tile(camera_view(0.0, width=size, height=size, fov_degrees=FOV).K, (n, 1, 1))
@@ -91,7 +97,17 @@ class Stage:
             if self.clothes:
                 self.colours[slot] = outfits(rng.random((len(WORN), 3)))
             self._scenery.begin(slot, rng, distance=placed.away, behind=placed.behind, focal=focal)
+            if self._gaps:
+                self._blind(slot, rng.random(self.motions.frames))
         self.time[slots] = 0
+
+    def _blind(self, slot: int, chance: np.ndarray) -> None:
+        """Hide frames of `slot` in gaps, a Markov chain (Gilbert 1960) that begins in equilibrium."""
+        begins, stays = self._chances
+        hidden = False
+        for frame, drawn in enumerate(chance):
+            hidden = bool(drawn < (self._gaps if frame == 0 else stays if hidden else begins))
+            self.blank[slot, frame] = hidden
 
     def now(self) -> np.ndarray:
         """The current pose of each walker (n, 25) [m, rad]."""
@@ -109,14 +125,22 @@ class Stage:
         canvas = Frame(picture, self._depth[: len(slots)], self._limbs[: len(slots)])
         time = self.time[slots] - back
         frame = self._crowd.render(self.poses[slots, time], *people, rgb=rgb, out=canvas)
-        return self._scenery.compose(frame, time, self.pan[slots, time], slots)
+        frame = self._scenery.compose(frame, time, self.pan[slots, time], slots)
+        blank = self.blank[slots, time]
+        frame.limbs[blank], frame.depth[blank] = 0, FAR
+        if frame.rgb is not None:
+            frame.rgb[blank] = 0
+        return frame
+
+    def joints(self, slots: np.ndarray) -> np.ndarray:
+        """The true joints (k, 15, 3) [m] of the current frames of `slots` (k,)."""
+        return true_joints(self.poses[slots, self.time[slots]], self.offsets[slots])
 
     def truth(self, slot: int) -> dict[str, Any]:
         """The true pose (25,), joints (15, 3) [m], camera and skeleton of the current frame of `slot`."""
-        pose, joints = self.poses[slot, self.time[slot]].copy(), np.empty((1, 1, 15, 3))
-        joints_of(0, 1, pose[None, None], self.offsets[slot : slot + 1], joints)
+        pose, joints = self.poses[slot, self.time[slot]].copy(), self.joints(np.array([slot]))[0]
         skeleton = Skeleton(self.offsets[slot], self.radii[slot], float(self.heights[slot]))
-        return {"pose": pose, "joints": joints[0, 0], "camera": self.camera(slot), "skeleton": skeleton}
+        return {"pose": pose, "joints": joints, "camera": self.camera(slot), "skeleton": skeleton}
 
     def close(self) -> None:
         """End the threads that draw."""
@@ -129,7 +153,7 @@ class Stage:
 
 
 class PictureSettings:
-    """Observed images, square with side `size` [pixels]: an `observation` of `SENSES`, or several as a flat Dict.
+    """What is observed: an `observation` of `SENSES`, or several as a flat Dict; images are squares of `size` [pixels].
 
     Raises:
         MotionError: no such name or size, or a name given twice.
@@ -149,20 +173,31 @@ class PictureSettings:
             "rgb": spaces.Box(0, 255, (size, size, 3), np.uint8),
             "mask": spaces.Box(0, 255, (size, size, 1), np.uint8),
             "depth": spaces.Box(0.0, FAR, (size, size, 1), np.float32),
+            "joints": spaces.Box(-FARTHEST, FARTHEST, (len(MARKERS), 3), np.float32),
         }
         self.size = size
         self._names, self._alone = names, isinstance(observation, str)
         self.rgb = "rgb" in names
         self.space = known[names[0]] if self._alone else spaces.Dict({name: known[name] for name in names})
 
-    def of(self, frame: Frame) -> np.ndarray | dict[str, np.ndarray]:
-        """The observation of images: of a `frame` (k, size, size) from `Stage.draw`."""
-        seen = {name: _SEEN[name](frame) for name in self._names}
+    def of(self, stage: Stage, slots: np.ndarray) -> np.ndarray | dict[str, np.ndarray]:
+        """The observation of the current frames of `slots` (k,) of a `stage`."""
+        frame = None if self._names == ["joints"] else stage.draw(slots, rgb=self.rgb)
+        seen = {
+            name: stage.joints(slots).astype(np.float32) if frame is None or name == "joints" else _SEEN[name](frame)
+            for name in self._names
+        }
         return seen[self._names[0]] if self._alone else seen
 
     def evidence(self, frame: Frame) -> dict[str, Any]:
-        """The most informative part of a `frame` (1, size, size), as arguments of `SilhouetteLikelihood.observe`."""
-        name = next(name for name in ("mask", "depth", "rgb") if name in self._names)
+        """The most informative part of a `frame` (1, size, size), as arguments of `SilhouetteLikelihood.observe`.
+
+        Raises:
+            MotionError: no image is observed.
+        """
+        name = next((name for name in ("mask", "depth", "rgb") if name in self._names), None)
+        if name is None:
+            raise MotionError("observation_model scores images: observe mask, depth or rgb, not joints alone")
         seen = _SEEN[name](frame)[0]
         if name == "depth":
             seen = np.where(seen < FAR, seen, np.inf)

@@ -37,25 +37,35 @@ class MarkerSensor:
     def __post_init__(self) -> None:
         checked_number(self.noise, "noise", 0, 1, "metres")
         checked_number(self.dropout, "dropout", 0, 1)
-        checked_number(self.gaps, "gaps", 0, 0.9)
-        checked_number(self.gap_seconds, "gap_seconds", above=0, unit="seconds")
+        gap_chances(self.gaps, self.gap_seconds, self.fps)
         if self.distance is not None:  # an orthographic view
             checked_number(self.distance, "distance", _NEAREST, unit="metres")
-        if self.chances[0] > 1:
-            raise MotionError(
-                f"gaps={self.gaps!r} is impossible with gap_seconds={self.gap_seconds!r} at {self.fps:g} frames per "
-                "second: increase gap_seconds or reduce gaps"
-            )
-
-    @property
-    def chances(self) -> tuple[float, float]:
-        """Probabilities that a visible marker is hidden in the next frame, and that a hidden one remains hidden."""
-        ends = 1.0 / max(self.gap_seconds * self.fps, 1.0)
-        return ends * self.gaps / (1.0 - self.gaps), 1.0 - ends
 
     def view(self, n: int) -> "MarkerView":
         """A view of `n` bodies."""
         return MarkerView(self, n)
+
+
+def gap_chances(gaps: float, gap_seconds: float, fps: float) -> tuple[float, float]:
+    """Probabilities that what is visible is hidden in the next frame, and that what is hidden remains hidden.
+
+    Args:
+        gaps: fraction of the time that it is hidden, 0 to 0.9.
+        gap_seconds: mean duration of a gap [s]; durations are geometric (Gilbert 1960).
+        fps: frame rate [Hz].
+
+    Raises:
+        MotionError: an argument out of range, or gaps that are too short for their share.
+    """
+    checked_number(gaps, "gaps", 0, 0.9)
+    ends = 1.0 / max(checked_number(gap_seconds, "gap_seconds", above=0, unit="seconds") * fps, 1.0)
+    begins = ends * gaps / (1.0 - gaps)
+    if begins > 1:
+        raise MotionError(
+            f"gaps={gaps!r} is impossible with gap_seconds={gap_seconds!r} at {fps:g} frames per second: increase "
+            "gap_seconds or reduce gaps"
+        )
+    return begins, 1.0 - ends
 
 
 class MarkerView:
@@ -77,7 +87,8 @@ class MarkerView:
         self._hidden = np.zeros(size, dtype=bool)
         distance = np.inf if sensor.distance is None else float(sensor.distance)
         shares = float(sensor.noise), float(sensor.dropout), float(sensor.gaps)
-        self._setting = (*shares, *sensor.chances, distance, EYE_HEIGHT)
+        chances = gap_chances(sensor.gaps, sensor.gap_seconds, sensor.fps)
+        self._setting = (*shares, *chances, distance, EYE_HEIGHT)
 
     def look(
         self, slots: np.ndarray, walkers: np.ndarray, alphas: np.ndarray, keys: np.ndarray, time: np.ndarray

@@ -8,7 +8,7 @@ import motionenv.envs  # noqa: F401 (registers the environments)
 from motionenv.envs.active import Greedy, Oracle, Planner, Still, Sweep
 from motionenv.envs.active.planner_kernel import turn_to
 from motionenv.envs.active.scene_kernel import ACCELERATIONS, steer_all
-from motionenv.envs.agents import Blob, ConstantVelocity, MeanPose, TrackingAgent, evaluate, score
+from motionenv.envs.agents import Blob, Kalman, MeanPose, TrackingAgent, evaluate, score
 from motionenv.errors import MotionError
 
 ID, TASK = "motionenv/ActiveTracking-v1", "motionenv/ActiveTracking-Medium-v1"
@@ -69,7 +69,7 @@ def test_single_environments_are_played_too_and_others_refused(agent):
         agent(gymnasium.make("motionenv/MarkerTracking-v1"))
 
 
-@pytest.mark.parametrize("agent", [MeanPose, Blob, ConstantVelocity, TrackingAgent])
+@pytest.mark.parametrize("agent", [MeanPose, Blob, Kalman, TrackingAgent])
 def test_agents_that_follow_one_body_are_refused(agent):
     with pytest.raises(MotionError, match="planner"):
         agent(gymnasium.make_vec(ID, num_envs=2))

@@ -6,13 +6,13 @@ import gymnasium
 import numpy as np
 import pytest
 
-from motionenv.envs.agents import Blob, ConstantVelocity, MeanPose, Oracle, evaluate, score
+from motionenv.envs.agents import Blob, Kalman, MeanPose, Oracle, evaluate, score
 from motionenv.envs.agents.evaluation import AGENTS, FIRST_SEED, agent_of, interval
 from motionenv.envs.markers import MarkerTracking, MarkerTrackingVector
 from motionenv.envs.tasks import TASKS, settings
 from motionenv.errors import ExtrapolationWarning, MotionError
 
-BASELINES = (MeanPose, ConstantVelocity, Oracle)
+BASELINES = (MeanPose, Kalman, Oracle)
 
 
 @pytest.mark.parametrize("agent", BASELINES)
@@ -120,8 +120,36 @@ def test_the_interval_is_that_of_a_mean():
     np.testing.assert_allclose(interval(values), [values.mean() - error, values.mean() + error], atol=0.06)
 
 
+class Halfway(MeanPose):
+    """In the middle between the mean pose and the truth, half as wrong as the mean pose in every frame."""
+
+    def act(self, observation) -> np.ndarray:
+        env = self._actions.env
+        scored = slice(None) if env.single_action_space.shape[0] == 15 else [6, 8]
+        truth = np.stack([truth["joints"] for truth in env.truth()])[:, scored]
+        return env.action((env.estimate(super().act(observation)) + truth) / 2)
+
+
+@pytest.mark.parametrize("task", [MARKERS, "motionenv/ArmTracking-Medium-v2"])
+@pytest.mark.parametrize("split", ["eval", "ood"])
+def test_returns_are_normalised_between_the_mean_pose_and_the_oracle(task, split):
+    for agent, expected in (("mean-pose", 0.0), (Halfway, 0.5), ("oracle", 1.0)):
+        report = score(task, agent, 5, split=split)
+        assert report["normalised_return"] == pytest.approx(expected, abs=1e-5)
+        np.testing.assert_allclose(report["normalised_interval"], expected, atol=1e-5)
+        assert report["mean_return"] == pytest.approx(np.mean(report["returns"]))
+    assert report["return_interval"] == pytest.approx([0.0, 0.0], abs=1e-3)
+
+
+def test_the_normalised_interval_follows_the_episodes():
+    values, ones = np.random.default_rng(2).normal(-3.0, 1.0, 300), np.ones(300)
+    low, high = interval(values)
+    np.testing.assert_allclose(interval(values, -5 * ones, 0 * ones), [(low + 5) / 5, (high + 5) / 5])
+
+
 def test_agents_are_named_or_made_by_a_factory():
     assert agent_of("blob") is AGENTS["blob"] is Blob
+    assert agent_of("kalman") is Kalman
     assert agent_of("motionenv.envs.agents:Blob") is Blob
     for name in ("blub", "motionenv.nowhere:Agent", "motionenv.envs.agents:Nobody", ":", ""):
         with pytest.raises(MotionError, match="agent must be one of mean-pose, .* or module:factory"):

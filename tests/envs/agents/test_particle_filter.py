@@ -5,7 +5,7 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from motionenv.body.arm_reaching import RIGHT_ARM
-from motionenv.envs.agents import ConstantVelocity, MeanPose, TrackingAgent, evaluate, truth_start
+from motionenv.envs.agents import Kalman, MeanPose, TrackingAgent, evaluate, truth_start
 from motionenv.envs.arm import ArmTracking
 from motionenv.envs.markers import MarkerTracking
 from motionenv.envs.walker import WalkerTracking, WalkerTrackingVector
@@ -24,7 +24,7 @@ SMALL = {"motion": "walk/fpca", "size": 48, "observation": "mask", "horizon": 15
 def test_tracks_walkers_better_than_constant_velocity(arguments):
     env = WalkerTracking(**{**SMALL, **arguments})
     ours = evaluate(env, TrackingAgent(env, n=300, start=truth_start, seed=0), 3, seed=1)
-    theirs = evaluate(env, ConstantVelocity(env), 3, seed=1)
+    theirs = evaluate(env, Kalman(env), 3, seed=1)
     assert ours.errors.mean() < 0.6 * theirs.errors.mean()
     assert ours.errors.max() < 0.07
     assert ours.returns.mean() > theirs.returns.mean()
