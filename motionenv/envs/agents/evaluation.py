@@ -218,7 +218,8 @@ def interval(values: np.ndarray, *bounds: np.ndarray) -> list[float]:
 def _normalised(task: str, changed: dict[str, Any], returns: np.ndarray) -> dict[str, Any]:
     """The normalised return of `returns` (n,) and its interval; a fully observable twin has the same episodes."""
     n, bounds = len(returns), []
-    twin, least = (TASKS[task].full, MeanPose) if TASKS[task].full else (task, active.Still)
+    full = TASKS[task].full
+    twin, least = (full, MeanPose) if full else (task, active.Still)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ExtrapolationWarning)
         for make in (least, _oracle):
