@@ -180,14 +180,14 @@ class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
 
     def truth(self) -> list[dict[str, Any]]:
         """Ground truth of the last observed frame of each sub-environment; ResetNeeded before `reset`."""
-        self._check_begun("truth")
+        self.check_begun("truth")
         return [self.world.truth(slot) for slot in range(self.num_envs)]
 
     def render(self) -> tuple[np.ndarray, ...] | None:
         """An image per sub-environment, as in `TrackingEnv.render`; None without a render mode."""
         if self.render_mode is None:
             return None
-        self._check_begun("picture")
+        self.check_begun("picture")
         return tuple(self.world.render(slot, self._estimates[slot]) for slot in range(self.num_envs))
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
@@ -224,10 +224,10 @@ class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
         if name in ("action_space", "observation_space"):
             return getattr(self, f"single_{name}")
         if name == "truth":
-            self._check_begun("truth")
+            self.check_begun("truth")
             return lambda: self.world.truth(slot)
         if name == "render":
-            self._check_begun("picture")
+            self.check_begun("picture")
             return lambda: self.world.render(slot, self._estimates[slot]) if self.render_mode else None
         value = getattr(self, name)
         return value[slot] if name in ("np_random", "np_random_seed") else value
@@ -235,10 +235,6 @@ class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
     def close_extras(self, **kwargs: Any) -> None:
         """Release threads; `kwargs` are ignored."""
         self.world.close()
-
-    def _check_begun(self, what: str) -> None:
-        if not self._begun.all():
-            raise ResetNeeded(f"no {what} is available before reset(): call reset() first")
 
 
 class SimulatedTrackingVector(TrackingVectorEnv):
@@ -258,7 +254,7 @@ class SimulatedTrackingVector(TrackingVectorEnv):
     def _attribute(self, name: str, slot: int) -> Any:
         if name != "observation_model":
             return super()._attribute(name, slot)
-        self._check_begun("observation")
+        self.check_begun("observation")
         return self.world.observation_model(slot)
 
 
