@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
-from motionenv._core.validation import random_generator
+from motionenv._core.validation import checked_choice, random_generator
 from motionenv.cli._shared import Seed, Weights, check_folder, detected, note, parsed_numbers, progress
 from motionenv.errors import GapError, MotionError
 
@@ -95,8 +95,8 @@ def track(
     """
     if (env is None) == (video is None):
         raise MotionError("give either --env, such as walker, or --video: exactly one of them")
-    if tracker not in (None, *_TRACKERS):
-        raise MotionError(f"--tracker must be one of {', '.join(_TRACKERS)}, got {tracker!r}")
+    if tracker is not None:
+        checked_choice(tracker, "--tracker", _TRACKERS)
     if smooth and tracker not in (None, "fpca"):
         raise MotionError(f"--smooth needs --tracker fpca, got {tracker}")
     _check_outputs(out, motion)
@@ -328,8 +328,7 @@ def _environment(env: str, frames: int | None) -> Any:
 
     name, settings = _ENVS.get(env, env), {"size": _SIZE, "observation": "mask"}
     known = [one for one in (*ENVIRONMENTS, *TASKS) if "Walker" in one or "Arm" in one]
-    if name not in known:
-        raise MotionError(f"--env must be one of {', '.join((*_ENVS, *known))}, got {env!r}")
+    checked_choice(env, "--env", (*_ENVS, *known))
     if name in TASKS:
         name, settings = TASKS[name].env, dict(TASKS[name].settings)
     if settings["observation"] == "mask":
