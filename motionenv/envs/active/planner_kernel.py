@@ -102,10 +102,9 @@ def _observe(camera, ways, free, noise, growth, errors) -> float:
 @part
 def _time(camera, pan, tilt) -> float:
     """About how long [s] it takes to turn to `pan` and `tilt`."""
-    apart = max(abs(_turn(pan - camera[0])), abs(tilt - camera[1]) * scene.RATES[0] / scene.RATES[1])
-    return min(
-        2.0 * np.sqrt(apart / scene.ACCELERATIONS[0]), apart / scene.RATES[0] + scene.RATES[0] / scene.ACCELERATIONS[0]
-    )
+    rate, acceleration = scene.RATES[0], scene.ACCELERATIONS[0]
+    apart = max(abs(_turn(pan - camera[0])), abs(tilt - camera[1]) * rate / scene.RATES[1])
+    return min(2.0 * np.sqrt(apart / acceleration), apart / rate + rate / acceleration)
 
 
 @part
@@ -165,23 +164,16 @@ def plan(slots, cameras, pillars, clouds, sigmas, goals, breadth, steps, noise, 
     [m/s]. A look takes `dwell` [s].
     """
     people, m = clouds.shape[1:3]
-    ways, free, errors = (
-        np.empty((steps, people, m + 1, 2)),
-        np.empty((steps, people, m), np.bool_),
-        np.empty((people, m)),
-    )
+    ways, free = np.empty((steps, people, m + 1, 2)), np.empty((steps, people, m), np.bool_)
     for e in slots:
         _foresee(clouds[e], pillars[e], dt, ways, free)
-        for k in range(people):
-            errors[k] = sigmas[e, k]
-        worths = np.array([_worth(cameras[e], goal, ways[0], free[0], errors, dwell) for goal in goals])
-        least = np.inf
+        now = np.repeat(sigmas[e], m).reshape(people, m)
+        worths = np.array([_worth(cameras[e], goal, ways[0], free[0], now, dwell) for goal in goals])
+        least, best = np.inf, goals[0]
         for g in np.argsort(-worths)[:breadth]:
-            for k in range(people):
-                errors[k] = sigmas[e, k]
-            value = _outcome(cameras[e].copy(), goals, g, ways, free, noise, dt, growth, dwell, errors)
+            value = _outcome(cameras[e].copy(), goals, g, ways, free, noise, dt, growth, dwell, now.copy())
             if value < least:
-                least = value
-                pan, tilt, _ = _aim(goals[g], ways[0])
-                arrival = min(int(_time(cameras[e], pan, tilt) / dt), steps - 1)
-                aims[e, 0], aims[e, 1], aims[e, 2] = _aim(goals[g], ways[arrival])
+                least, best = value, goals[g]
+        pan, tilt, _ = _aim(best, ways[0])
+        arrival = min(int(_time(cameras[e], pan, tilt) / dt), steps - 1)
+        aims[e, 0], aims[e, 1], aims[e, 2] = _aim(best, ways[arrival])
