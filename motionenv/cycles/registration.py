@@ -49,7 +49,10 @@ def register(cycles: Cycles | ArrayLike, events: ArrayLike, targets: ArrayLike |
     Raises:
         MotionError: arrays of other shapes, or events that aren't finite or don't rise.
     """
-    values, phases = _values(cycles), np.asarray(events, dtype=np.float64)
+    values = np.asarray(cycles.values if isinstance(cycles, Cycles) else cycles, dtype=np.float64)
+    if values.ndim != 3 or not values.size:
+        raise MotionError(f"cycles must be Cycles or an array (cycles, samples, channels), got {values.shape}")
+    phases = np.asarray(events, dtype=np.float64)
     if phases.ndim != 2 or len(phases) != len(values) or not phases.shape[1]:
         raise MotionError(f"events must be phases (cycles, events) of {len(values)} cycles, got {phases.shape}")
     to = phases.mean(axis=0) if targets is None else np.asarray(targets, dtype=np.float64)
@@ -62,13 +65,6 @@ def register(cycles: Cycles | ArrayLike, events: ArrayLike, targets: ArrayLike |
     grid = np.arange(values.shape[1]) / values.shape[1]
     warps = np.array([PchipInterpolator(knots, (turns[:, None] + row).ravel())(grid) for row in phases])
     return Registered(_at(values, warps), warps)
-
-
-def _values(cycles: Cycles | ArrayLike) -> np.ndarray:
-    values = np.asarray(cycles.values if isinstance(cycles, Cycles) else cycles, dtype=np.float64)
-    if values.ndim != 3 or not values.size:
-        raise MotionError(f"cycles must be Cycles or an array (cycles, samples, channels), got {values.shape}")
-    return values
 
 
 def _at(values: np.ndarray, phases: np.ndarray) -> np.ndarray:

@@ -82,7 +82,8 @@ class World(Protocol):
         """
 
     def close(self) -> None:
-        """Release threads; the world stays usable."""
+        """Release threads, if there are any; the world stays usable."""
+        return
 
 
 @dataclass(frozen=True, kw_only=True)

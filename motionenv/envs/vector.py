@@ -11,7 +11,7 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from motionenv._core.validation import checked_whole
+from motionenv._core.validation import checked_choice, checked_whole
 from motionenv.envs.base import (
     LOST_ESTIMATES,
     Observation,
@@ -106,11 +106,8 @@ class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
         return self.world.observe(self._all), {}
 
     def _seed(self, seed: int | Sequence[int | None] | None, slots: np.ndarray) -> None:
-        seeds = (
-            list(seed)
-            if isinstance(seed, Sequence)
-            else [seed if seed is None else seed + i for i in range(self.num_envs)]
-        )
+        count = range(self.num_envs)
+        seeds = seed if isinstance(seed, Sequence) else [None if seed is None else seed + i for i in count]
         if len(seeds) != self.num_envs:
             raise MotionError(f"seed must be one number, or one for each of {self.num_envs} environments, got {seed!r}")
         for slot in slots.tolist():
@@ -266,11 +263,9 @@ def _infos(errors: np.ndarray, lost: np.ndarray, mask: np.ndarray) -> dict[str, 
 
 
 def _checked_mode(mode: AutoresetMode | str) -> AutoresetMode:
-    try:
-        return AutoresetMode(mode)
-    except ValueError:
-        known = ", ".join(repr(m.value) for m in AutoresetMode)
-        raise MotionError(f"autoreset_mode must be a gymnasium AutoresetMode or one of {known}, got {mode!r}") from None
+    if isinstance(mode, AutoresetMode):
+        return mode
+    return AutoresetMode(checked_choice(mode, "autoreset_mode", [known.value for known in AutoresetMode]))
 
 
 def _checked_mask(options: dict[str, Any] | None, n: int) -> np.ndarray:

@@ -78,7 +78,7 @@ def _match(camera, detection, height, noise, width, particles, weights) -> float
     weights[0] = total = _JUMP / _AREA * (depth * half) ** 2 * depth / (scene.MAST - z)  # ∫ likelihood dx dy
     for i in range(m):
         u, v, deep = scene.sight(camera, particles[i, 0], particles[i, 1], z)
-        error, (a, b) = _error(detection, noise, half, deep), _variances(half, max(deep, 1.0), z, width)
+        a, b, error = _variances(detection, noise, half, deep, z, width)
         a, b = a + error, b + error
         away = (u - detection[0]) ** 2 / a + (v - detection[1]) ** 2 / b
         weights[1 + i] = (1 - _JUMP) * np.exp(-0.5 * away) / (2 * np.pi * np.sqrt(a * b) * m)
@@ -87,16 +87,11 @@ def _match(camera, detection, height, noise, width, particles, weights) -> float
 
 
 @part
-def _error(detection, noise, half, depth) -> float:
-    """Variance of a detection's coordinates, with that of how a body sways."""
-    return noise**2 / detection[3] + (_SWAY / (max(depth, 1.0) * half)) ** 2
-
-
-@part
-def _variances(half, depth, z, width):
-    """Variances of image coordinates of a kernel of a `width` [m] on the ground."""
+def _variances(detection, noise, half, depth, z, width):
+    """Variances of u and v of a kernel of a `width` [m] on the ground, and of a detection of a body, which sways."""
+    depth = max(depth, 1.0)
     square = (width / (depth * half)) ** 2
-    return square, square * ((scene.MAST - z) / depth) ** 2
+    return square, square * ((scene.MAST - z) / depth) ** 2, noise**2 / detection[3] + (_SWAY / (depth * half)) ** 2
 
 
 @part
@@ -231,8 +226,7 @@ def _spring(state, camera, detection, height, noise, width, walk) -> None:
     """
     z, half = detection[2] * height, scene.WIDE * scene.NARROW ** camera[2]
     u, v, depth = scene.sight(camera, walk[0], walk[1], z)
-    a, b = _variances(half, max(depth, 1.0), z, width)
-    error = _error(detection, noise, half, depth)
+    a, b, error = _variances(detection, noise, half, depth, z, width)
     p, q = a / (a + error), b / (b + error)
     if width == np.inf:
         p = q = 1.0

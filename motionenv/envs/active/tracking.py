@@ -167,9 +167,6 @@ class ActiveWorld(World):
         walks, joints = self._walks[slot, :, time[slot]], self._joints(np.array([slot]), time)[0]
         return draw(camera, self._pillars[slot], walks, joints, self._hues[slot], points[seen > 0], beliefs)
 
-    def close(self) -> None:
-        """Nothing to release."""
-
     def _joints(self, slots: np.ndarray, time: np.ndarray) -> np.ndarray:
         """True joints (k, people, 15, 3) [m] of `slots` in the frames `time` (n,)."""
         walks = self._walks[slots, :, time[slots]].reshape(-1, 4)

@@ -105,9 +105,6 @@ class MarkerWorld(World):
             return picture
         return draw_pose(picture, self.scale.estimates(estimate), self._camera, width=1.5)
 
-    def close(self) -> None:
-        """Nothing to release."""
-
     def observation_model(self, slot: int) -> MarkerLikelihood:
         """Likelihood of poses, in the camera's world, for the current observation of `slot`."""
         camera, noise = self._camera, math.hypot(self._sensor.noise, _SHAPE)
