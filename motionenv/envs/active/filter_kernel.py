@@ -185,12 +185,8 @@ def renew(keys, time, cameras, pillars, heights, found, shares, weights, unseen,
 @part
 def _drawn(state, chances) -> int:
     """An index, drawn in proportion to `chances`."""
-    goal, reached = chances.sum() * uniform(state), 0.0
-    for i in range(len(chances)):
-        reached += chances[i]
-        if goal < reached:
-            return i
-    return len(chances) - 1
+    goal = chances.sum() * uniform(state)
+    return min(np.searchsorted(np.cumsum(chances), goal, side="right"), len(chances) - 1)
 
 
 @part

@@ -120,14 +120,9 @@ def _worth(camera, goal, ways, free, errors, dwell) -> float:
 
 
 @part
-def _best_next(camera, goals, ways, free, errors, dwell) -> int:
-    """The goal that is worth most by itself."""
-    best, most = 0, -1.0
-    for g in range(len(goals)):
-        worth = _worth(camera, goals[g], ways, free, errors, dwell)
-        if worth > most:
-            best, most = g, worth
-    return best
+def _worths(camera, goals, ways, free, errors, dwell):
+    """What each of the goals is worth by itself."""
+    return np.array([_worth(camera, goal, ways, free, errors, dwell) for goal in goals])
 
 
 @part
@@ -136,7 +131,7 @@ def _outcome(camera, goals, first, ways, free, noise, dt, growth, dwell, errors)
     command, total, looked, goal = np.zeros(3), 0.0, 0.0, first
     for h in range(len(ways)):
         if looked >= dwell:
-            goal, looked = _best_next(camera, goals, ways[h], free[h], errors, dwell), 0.0
+            goal, looked = _worths(camera, goals, ways[h], free[h], errors, dwell).argmax(), 0.0
         pan, tilt, zoom = _aim(goals[goal], ways[h])
         towards(camera, pan, tilt, zoom, dt, command)
         scene.steer(camera, command, dt)
@@ -168,7 +163,7 @@ def plan(slots, cameras, pillars, clouds, sigmas, goals, breadth, steps, noise, 
     for e in slots:
         _foresee(clouds[e], pillars[e], dt, ways, free)
         now = np.repeat(sigmas[e], m).reshape(people, m)
-        worths = np.array([_worth(cameras[e], goal, ways[0], free[0], now, dwell) for goal in goals])
+        worths = _worths(cameras[e], goals, ways[0], free[0], now, dwell)
         least, best = np.inf, goals[0]
         for g in np.argsort(-worths)[:breadth]:
             value = _outcome(cameras[e].copy(), goals, g, ways, free, noise, dt, growth, dwell, now.copy())
