@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
-from motionenv._core.validation import random_generator
+from motionenv._core.validation import checked_choice, random_generator
 from motionenv.cli._shared import Seed, Weights, check_folder, detected, note, parsed_numbers, progress
 from motionenv.errors import GapError, MotionError
 
@@ -95,8 +95,8 @@ def track(
     """
     if (env is None) == (video is None):
         raise MotionError("give either --env, such as walker, or --video: exactly one of them")
-    if tracker not in (None, *_TRACKERS):
-        raise MotionError(f"--tracker must be one of {', '.join(_TRACKERS)}, got {tracker!r}")
+    if tracker is not None:
+        checked_choice(tracker, "--tracker", _TRACKERS)
     if smooth and tracker not in (None, "fpca"):
         raise MotionError(f"--smooth needs --tracker fpca, got {tracker}")
     _check_outputs(out, motion)
@@ -107,7 +107,7 @@ def track(
             "detections": detections, "detect": detect or None, "weights": weights,
         }  # fmt: skip
         _refuse(of_videos, "for --video only")
-        _track_env(str(env), tracker, model, particles, start, frames, smooth, out, motion, seed)
+        _track_env(_Episode(str(env), tracker, model, particles, start, frames, smooth, seed), out, motion)
         return
     from motionenv.tracking import Film
 
@@ -291,20 +291,19 @@ def _enlarged(pictures: Iterable[np.ndarray], times: int) -> Iterator[np.ndarray
     return (p.repeat(times, axis=0).repeat(times, axis=1) for p in pictures)
 
 
-def _track_env(env, tracker, model, particles, start, frames, smooth, out, motion_out, seed) -> None:
-    """Run one episode of an environment."""
+def _track_env(played: "_Episode", out: Path, motion_out: Path | None) -> None:
+    """Run one episode of an environment, and film it."""
     from motionenv.mocap import write
     from motionenv.render.request import enlarged
     from motionenv.render.video.encode import write_video
     from motionenv.render.video.tracking_film import track_film
     from motionenv.types import Motion
 
-    played = _Episode(env, tracker, model, particles, start, frames, smooth, seed)
     with progress("following", played.env.world.horizon) as step:
         pictures, cameras, found, drawn, off = zip(*played.frames(step), strict=True)
     poses, errors, times = np.array(found), np.array(off), max(1, round(_FILMED / cameras[0].width))
     shown = list(drawn)
-    if smooth:
+    if played.smooth:
         poses, shown, errors = played.smoothed(poses, shown, errors)
     film = track_film(
         _enlarged(pictures, times), [enlarged(c, times) for c in cameras], poses, shown, played.skeleton,
@@ -314,7 +313,7 @@ def _track_env(env, tracker, model, particles, start, frames, smooth, out, motio
         write_video(out, film, played.fps, progress=step)
     typer.echo(f"{out}  {len(poses)} frames, {1000 * errors.mean():.0f} mm per joint on average")
     if motion_out is not None:
-        write(Motion(poses, played.skeleton, played.fps, env), motion_out)
+        write(Motion(poses, played.skeleton, played.fps, played.name), motion_out)
         typer.echo(f"{motion_out}  {len(poses)} frames at {played.fps:g} fps")
     if (lost := int((errors > _OFF).sum())) > _OFTEN * len(errors):
         note(f"LOST in {lost} of {len(errors)} frames: joints are off by more than {_OFF:g} m on average")
@@ -328,8 +327,7 @@ def _environment(env: str, frames: int | None) -> Any:
 
     name, settings = _ENVS.get(env, env), {"size": _SIZE, "observation": "mask"}
     known = [one for one in (*ENVIRONMENTS, *TASKS) if "Walker" in one or "Arm" in one]
-    if name not in known:
-        raise MotionError(f"--env must be one of {', '.join((*_ENVS, *known))}, got {env!r}")
+    checked_choice(env, "--env", (*_ENVS, *known))
     if name in TASKS:
         name, settings = TASKS[name].env, dict(TASKS[name].settings)
     if settings["observation"] == "mask":
@@ -362,7 +360,7 @@ class _Episode:
         self.skeleton = prior.skeleton
         first = truth_start if start == "given" or (arm and start is None) else None
         self.agent = TrackingAgent(self.env, prior, particles, seed=seed, start=first, keep=smooth)
-        self.seed, self.rng = seed, random_generator(seed)
+        self.name, self.smooth, self.seed, self.rng = env, smooth, seed, random_generator(seed)
         self.truths: list[dict[str, Any]] = []
 
     def frames(self, step) -> Iterator[tuple]:

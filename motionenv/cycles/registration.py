@@ -1,4 +1,4 @@
-"""Registration of cycles: timing and shape told apart, by events or by the curves themselves.
+"""Registration of cycles: timing and shape told apart, by events.
 
 Components of cycles that aren't registered describe both, as in paper A: where steps are fast, toe-off comes early, and
 a mixture of speeds blurs every peak (Ramsay & Silverman 2005, chapter 7).
@@ -49,7 +49,10 @@ def register(cycles: Cycles | ArrayLike, events: ArrayLike, targets: ArrayLike |
     Raises:
         MotionError: arrays of other shapes, or events that aren't finite or don't rise.
     """
-    values, phases = _values(cycles), np.asarray(events, dtype=np.float64)
+    values = np.asarray(cycles.values if isinstance(cycles, Cycles) else cycles, dtype=np.float64)
+    if values.ndim != 3 or not values.size:
+        raise MotionError(f"cycles must be Cycles or an array (cycles, samples, channels), got {values.shape}")
+    phases = np.asarray(events, dtype=np.float64)
     if phases.ndim != 2 or len(phases) != len(values) or not phases.shape[1]:
         raise MotionError(f"events must be phases (cycles, events) of {len(values)} cycles, got {phases.shape}")
     to = phases.mean(axis=0) if targets is None else np.asarray(targets, dtype=np.float64)
@@ -62,44 +65,6 @@ def register(cycles: Cycles | ArrayLike, events: ArrayLike, targets: ArrayLike |
     grid = np.arange(values.shape[1]) / values.shape[1]
     warps = np.array([PchipInterpolator(knots, (turns[:, None] + row).ravel())(grid) for row in phases])
     return Registered(_at(values, warps), warps)
-
-
-def register_elastically(cycles: Cycles | ArrayLike, channel: int | str) -> Registered:
-    """Register cycles without events, by the square-root velocity of one channel (Srivastava et al. 2011).
-
-    Cycles begin at common phase 0 as before. Needs scikit-fda, of the extra `elastic`.
-
-    Args:
-        cycles: as of `register`; the channel must be complete.
-        channel: its number, or its name in `Cycles`.
-
-    Raises:
-        MotionError: no such channel, gaps in it, or scikit-fda isn't installed.
-    """
-    values, names = _values(cycles), cycles.channels if isinstance(cycles, Cycles) else ()
-    known = channel in names if isinstance(channel, str) else 0 <= channel < values.shape[2]
-    if not known:
-        raise MotionError(f"channel must be one of {', '.join(names) or values.shape[2]}, got {channel!r}")
-    curves = values[..., names.index(channel) if isinstance(channel, str) else channel]
-    if not np.isfinite(curves).all():
-        raise MotionError(f"{channel} has gaps: register by a channel that is complete, or by events")
-    try:
-        from skfda import FDataGrid
-        from skfda.preprocessing.registration import FisherRaoElasticRegistration
-    except ImportError:
-        raise MotionError("this needs scikit-fda: pip install 'motionenv[elastic]'") from None
-    grid = np.arange(curves.shape[1] + 1) / curves.shape[1]
-    found = FisherRaoElasticRegistration()
-    found.fit_transform(FDataGrid(np.c_[curves, curves[:, :1]], grid))
-    warps = np.array(found.warping_(grid[:-1]))[..., 0]
-    return Registered(_at(values, warps), warps)
-
-
-def _values(cycles: Cycles | ArrayLike) -> np.ndarray:
-    values = np.asarray(cycles.values if isinstance(cycles, Cycles) else cycles, dtype=np.float64)
-    if values.ndim != 3 or not values.size:
-        raise MotionError(f"cycles must be Cycles or an array (cycles, samples, channels), got {values.shape}")
-    return values
 
 
 def _at(values: np.ndarray, phases: np.ndarray) -> np.ndarray:

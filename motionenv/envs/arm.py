@@ -23,16 +23,23 @@ _ANKLES = [MARKERS.index("left_ankle"), MARKERS.index("right_ankle")]
 _SPARE = 3.0  # [s] length of a reaching recording beyond that of an episode
 
 
+class ArmSource(Source):
+    """Motion of the right arm alone; "reach" is synthesised here."""
+
+    def open(self) -> Recordings:
+        return _Reaching(self) if self.motion == "reach" else _Swinging(super().open())
+
+
 @dataclass(frozen=True, kw_only=True)
 class ArmArguments(PictureArguments):
     """Arguments of `ArmTracking`."""
 
     motion: str = "reach"
+    source: ClassVar[type[Source]] = ArmSource
     scored: ClassVar[dict[str, Any]] = {"entries": RIGHT_ARM, "joints": _SCORED}
 
-    def staged(self, source: Source) -> tuple["ArmMotion", ArmView]:
-        """The arm's motion from a `source`, and the cameras."""
-        return ArmMotion(source), ArmView(self.camera)
+    def view(self, source: Source) -> ArmView:
+        return ArmView(self.camera)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,36 +116,13 @@ class ArmTrackingVector(SimulatedTrackingVector):
         super().__init__(arguments)
 
 
-@dataclass(frozen=True)
-class ArmMotion:
-    """Motion of the right arm alone, from a source; "reach" is synthesised here."""
-
-    source: Source
-
-    @property
-    def frames(self) -> int:
-        return self.source.frames
-
-    @property
-    def fps(self) -> float:
-        return self.source.fps
-
-    def open(self) -> Recordings:
-        return _opened(self)
-
-
-@lru_cache(maxsize=8)
-def _opened(motion: ArmMotion) -> Recordings:
-    source = motion.source
-    if source.motion == "reach" and source.seed is not None:
-        raise MotionError("motion_seed needs a model as motion: omit it for motion 'reach'")
-    return _Reaching(source) if source.motion == "reach" else _Swinging(source.open())
-
-
+@lru_cache(maxsize=8)  # equal sources share their recordings
 class _Reaching:
     """Synthetic reaching: `WALKERS` recordings per split, each made when first needed."""
 
     def __init__(self, source: Source):
+        if source.seed is not None:
+            raise MotionError("motion_seed needs a model as motion: omit it for motion 'reach'")
         if source.speed is not None:
             raise MotionError("speed needs a walking motion: omit it for motion 'reach'")
         self._source = source

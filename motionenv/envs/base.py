@@ -82,7 +82,8 @@ class World(Protocol):
         """
 
     def close(self) -> None:
-        """Release threads; the world stays usable."""
+        """Release threads, if there are any; the world stays usable."""
+        return
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,6 +132,7 @@ class OfWorld:
     world: World
     arguments: Arguments | None = None
     _spec: EnvSpec | None = None
+    _begun: Any
 
     def __repr__(self) -> str:
         many = f"{self.world.n}, " if self.world.n > 1 else ""
@@ -155,6 +157,11 @@ class OfWorld:
     def estimate(self, action: np.ndarray) -> np.ndarray:
         """The estimate [m, rad] that an `action` says; the inverse of the method `action`."""
         return self.world.scale.estimates(np.asarray(action, dtype=np.float64))
+
+    def check_begun(self, what: str) -> None:
+        """Raise ResetNeeded before the first `reset`; `what` was requested, for the message."""
+        if not np.all(self._begun):
+            raise ResetNeeded(f"no {what} is available before reset(): call reset() first")
 
 
 class TrackingEnv(OfWorld, gymnasium.Env):
@@ -243,11 +250,6 @@ class TrackingEnv(OfWorld, gymnasium.Env):
         """Release threads. Repeated calls do nothing."""
         self.world.close()
 
-    def check_begun(self, what: str) -> None:
-        """Raise ResetNeeded before the first `reset`; `what` was requested, for the message."""
-        if not self._begun:
-            raise ResetNeeded(f"no {what} is available before reset(): call reset() first")
-
     def _observed(self) -> Observation:
         seen = self.world.observe(self._slots)
         return {name: value[0] for name, value in seen.items()} if isinstance(seen, dict) else seen[0]
@@ -322,20 +324,17 @@ def checked_actions(actions: ArrayLike, space: gymnasium.spaces.Box, read: np.nd
         )
     slack = _ROUNDING * (space.high - space.low)
     inside = (actions >= space.low - slack) & (actions <= space.high + slack)  # False for NaN
+    if read is not None:
+        inside[~read] = True
     if not inside.all():
-        _refuse(actions, space, inside if read is None else inside | ~read.reshape(-1, *[1] * len(space.shape)))
+        at = tuple(np.argwhere(~inside)[0].tolist())
+        low, high = space.low[at[1:]], space.high[at[1:]]
+        whose = f" of environment {at[0]}" if len(actions) > 1 else ""
+        raise MotionError(
+            f"action[{', '.join(map(str, at[1:]))}]{whose} must be finite and from {low:g} to {high:g}, "
+            f"got {actions[at]}"
+        )
     actions = np.clip(actions.astype(np.float64), space.low, space.high)
     if read is not None:
         actions[~read] = 0.0
     return actions
-
-
-def _refuse(actions: np.ndarray, space: gymnasium.spaces.Box, inside: np.ndarray) -> None:
-    if inside.all():
-        return
-    at = tuple(int(i) for i in np.argwhere(~inside)[0])
-    low, high = space.low[at[1:]], space.high[at[1:]]
-    whose = f" of environment {at[0]}" if len(actions) > 1 else ""
-    raise MotionError(
-        f"action[{', '.join(map(str, at[1:]))}]{whose} must be finite and from {low:g} to {high:g}, got {actions[at]}"
-    )

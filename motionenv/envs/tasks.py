@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import gymnasium
 
+from motionenv._core.validation import checked_choice
 from motionenv.errors import MotionError
 
 #: Splits of a task.
@@ -123,10 +124,8 @@ def settings(
     Raises:
         MotionError: no such task or split, or motion capture for another split.
     """
-    if task not in TASKS:
-        raise MotionError(f"task must be one of {', '.join(TASKS)}, got {task!r}")
-    if split not in SPLITS:
-        raise MotionError(f"split must be one of {', '.join(SPLITS)}, got {split!r}")
+    checked_choice(task, "task", TASKS)
+    checked_choice(split, "split", SPLITS)
     given = {"motion": motion, "file_fps": file_fps, "unit": unit}
     capture = {name: value for name, value in given.items() if value is not None}
     if capture and split != "ood":

@@ -11,7 +11,7 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from motionenv._core.validation import checked_whole
+from motionenv._core.validation import checked_choice, checked_whole
 from motionenv.envs.base import (
     LOST_ESTIMATES,
     Observation,
@@ -106,11 +106,8 @@ class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
         return self.world.observe(self._all), {}
 
     def _seed(self, seed: int | Sequence[int | None] | None, slots: np.ndarray) -> None:
-        seeds = (
-            list(seed)
-            if isinstance(seed, Sequence)
-            else [seed if seed is None else seed + i for i in range(self.num_envs)]
-        )
+        count = range(self.num_envs)
+        seeds = seed if isinstance(seed, Sequence) else [None if seed is None else seed + i for i in count]
         if len(seeds) != self.num_envs:
             raise MotionError(f"seed must be one number, or one for each of {self.num_envs} environments, got {seed!r}")
         for slot in slots.tolist():
@@ -180,14 +177,14 @@ class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
 
     def truth(self) -> list[dict[str, Any]]:
         """Ground truth of the last observed frame of each sub-environment; ResetNeeded before `reset`."""
-        self._check_begun("truth")
+        self.check_begun("truth")
         return [self.world.truth(slot) for slot in range(self.num_envs)]
 
     def render(self) -> tuple[np.ndarray, ...] | None:
         """An image per sub-environment, as in `TrackingEnv.render`; None without a render mode."""
         if self.render_mode is None:
             return None
-        self._check_begun("picture")
+        self.check_begun("picture")
         return tuple(self.world.render(slot, self._estimates[slot]) for slot in range(self.num_envs))
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
@@ -224,10 +221,10 @@ class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
         if name in ("action_space", "observation_space"):
             return getattr(self, f"single_{name}")
         if name == "truth":
-            self._check_begun("truth")
+            self.check_begun("truth")
             return lambda: self.world.truth(slot)
         if name == "render":
-            self._check_begun("picture")
+            self.check_begun("picture")
             return lambda: self.world.render(slot, self._estimates[slot]) if self.render_mode else None
         value = getattr(self, name)
         return value[slot] if name in ("np_random", "np_random_seed") else value
@@ -235,10 +232,6 @@ class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
     def close_extras(self, **kwargs: Any) -> None:
         """Release threads; `kwargs` are ignored."""
         self.world.close()
-
-    def _check_begun(self, what: str) -> None:
-        if not self._begun.all():
-            raise ResetNeeded(f"no {what} is available before reset(): call reset() first")
 
 
 class SimulatedTrackingVector(TrackingVectorEnv):
@@ -258,7 +251,7 @@ class SimulatedTrackingVector(TrackingVectorEnv):
     def _attribute(self, name: str, slot: int) -> Any:
         if name != "observation_model":
             return super()._attribute(name, slot)
-        self._check_begun("observation")
+        self.check_begun("observation")
         return self.world.observation_model(slot)
 
 
@@ -270,11 +263,9 @@ def _infos(errors: np.ndarray, lost: np.ndarray, mask: np.ndarray) -> dict[str, 
 
 
 def _checked_mode(mode: AutoresetMode | str) -> AutoresetMode:
-    try:
-        return AutoresetMode(mode)
-    except ValueError:
-        known = ", ".join(repr(m.value) for m in AutoresetMode)
-        raise MotionError(f"autoreset_mode must be a gymnasium AutoresetMode or one of {known}, got {mode!r}") from None
+    if isinstance(mode, AutoresetMode):
+        return mode
+    return AutoresetMode(checked_choice(mode, "autoreset_mode", [known.value for known in AutoresetMode]))
 
 
 def _checked_mask(options: dict[str, Any] | None, n: int) -> np.ndarray:

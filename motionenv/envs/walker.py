@@ -22,10 +22,9 @@ class WalkerArguments(PictureArguments):
         precompile("env")
         return super().world(n)
 
-    def staged(self, source: Source) -> tuple[Source, WalkingView]:
-        """The walkers of a `source`, and their cameras."""
+    def view(self, source: Source) -> WalkingView:
         seconds = (source.frames - 1) / source.fps
-        return source, WalkingView(self.camera, source.fps, seconds, self.start, self.path)
+        return WalkingView(self.camera, source.fps, seconds, self.start, self.path)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -42,18 +42,14 @@ class MarkerLikelihood(Likelihood):
     ) -> None:  # fmt: skip
         if not isinstance(view, Camera | Orthographic) and not (is_number(view) and math.isfinite(view)):
             raise MotionError(f"view must be a Camera, an Orthographic, or a finite angle [rad], got {view!r}")
-        checked_number(outliers, "outliers", above=0, below=1)
-        if noise is not None:
-            checked_number(noise, "noise", above=0)
         self.view = view
         self.camera = view if isinstance(view, Camera) else None
         self.skeleton: Skeleton = from_height() if skeleton is None else skeleton
-        self.outliers = outliers
+        self.outliers = checked_number(outliers, "outliers", above=0, below=1)
+        usual, self._area = 0.03, _AREA
         if isinstance(view, Camera | Orthographic):
-            self.noise = 0.015 * view.height if noise is None else noise
-            self._area = float(view.width * view.height)
-        else:
-            self.noise, self._area = 0.03 if noise is None else noise, _AREA
+            usual, self._area = 0.015 * view.height, float(view.width * view.height)
+        self.noise = usual if noise is None else checked_number(noise, "noise", above=0)
         self._points: np.ndarray | None = None
 
     def __repr__(self) -> str:

@@ -22,7 +22,7 @@ from motionenv.likelihoods.base import ImageLikelihood, apparent, log_nobody
 from motionenv.models.paths.bending import TURN_RATE
 from motionenv.models.registry import load
 from motionenv.models.walking.model import WalkingModel
-from motionenv.tracking.priors.base import Start, systematic
+from motionenv.tracking.priors.base import Start, systematic, tempered
 from motionenv.types import Camera, Skeleton
 
 _GAITS = 48  # walkers in the bank
@@ -118,10 +118,10 @@ def automatic_start(
     walkers = _random_hypotheses(bank, likelihood, boxes, size, rng)
     for i in range(_ROUNDS):
         some = pictures[:: max(1, len(pictures) >> i)]
-        drawn = walkers.take(_tempered_draw(_scores(bank, walkers, some, size), _KEPT * n, n, rng))
+        drawn = walkers.take(systematic(tempered(_scores(bank, walkers, some, size), _KEPT * n), n, rng))
         walkers = _perturbed(bank, drawn, likelihood.camera, _COOLING**i, size, rng)
     scores = _scores(bank, walkers, pictures, size)
-    best = walkers.take(_tempered_draw(scores, max(2.0, 0.5 * _KEPT * n), candidates, rng))
+    best = walkers.take(systematic(tempered(scores, max(2.0, 0.5 * _KEPT * n)), candidates, rng))
     centre = likelihood.camera.centre[:2]
     farther = np.exp(_DISTANT * rng.standard_normal(candidates))[:, None]
     best = replace(best, place=centre + farther * (best.place - centre))
@@ -281,16 +281,6 @@ def _scores(
         there = np.nan_to_num(likelihood.log_likelihood(seen), nan=-1e9, neginf=-1e9)
         total += np.logaddexp(there, np.log(_UNSEEN) + log_nobody(likelihood, seen[0]))
     return total
-
-
-def _tempered_draw(scores: np.ndarray, effective: float, n: int, rng: np.random.Generator) -> np.ndarray:
-    scores = scores - scores.max()
-    low, high = 0.0, 1.0
-    for _ in range(30):
-        power = 0.5 * (low + high)
-        weights = np.exp(power * scores)
-        low, high = (power, high) if weights.sum() ** 2 / (weights**2).sum() > effective else (low, power)
-    return systematic(np.exp(low * scores), n, rng)
 
 
 def _perturbed(

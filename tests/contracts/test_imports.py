@@ -52,7 +52,6 @@ HOME = {
     "PIL": {"render", "data"},
     "matplotlib": {"_core", "lifting", "models"},
     "sklearn": {"_core"},
-    "skfda": {"cycles"},
     "gymnasium": {"envs"},
     "orjson": {"data"},
     "pyarrow": {"data"},
@@ -67,7 +66,6 @@ DISTRIBUTION = {
     "PIL": "pillow",
     "OpenGL": "pyrender",
     "pyglet": "pyrender",
-    "skfda": "scikit-fda",
     "psycopg_pool": "psycopg",
     "yaml": "pyyaml",
     "mimeparse": "python-mimeparse",
@@ -155,7 +153,7 @@ def declared(*extras: str) -> set[str]:
 @pytest.mark.parametrize(
     ("folder", "extras"),
     [
-        ("motionenv", ("agents", "data", "detect", "elastic", "plots", "sklearn")),
+        ("motionenv", ("agents", "data", "detect", "plots", "sklearn")),
         ("service", ()),
         ("tests", ("test", "agents", "data", "integrations")),
         ("benchmarks", ("test", "bench")),

@@ -1,9 +1,9 @@
-"""Registration of cycles against warps that are known, and a peer's."""
+"""Registration of cycles against warps that are known."""
 
 import numpy as np
 import pytest
 
-from motionenv.cycles import register, register_elastically
+from motionenv.cycles import register
 from motionenv.errors import MotionError
 from motionenv.types import Cycles
 
@@ -61,24 +61,6 @@ def test_gaps_stay_gaps_and_cycles_keep_their_labels():
     assert found.of(cycles).subject == cycles.subject
 
 
-@pytest.mark.filterwarnings("ignore:FinDiff")  # scikit-fda still calls its old name
-def test_without_events_curves_align_as_the_peer_does():
-    pytest.importorskip("skfda")
-    values, phases = made(np.random.default_rng(4))
-    found = register_elastically(values, 0)
-    assert found.values.var(axis=0).sum() < 0.1 * values.var(axis=0).sum()
-    by_events = register(values, phases)
-    inner = slice(P // 8, -P // 8)
-    one, other = (r.timing[:, inner] - r.timing[:, inner].mean(axis=0) for r in (found, by_events))
-    assert np.corrcoef(one.ravel(), other.ravel())[0, 1] > 0.9
-
-
-def test_without_the_library_it_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "skfda", None)
-    with pytest.raises(MotionError, match=r"pip install 'motionenv\[elastic\]'"):
-        register_elastically(np.random.default_rng(0).random((3, 16, 1)), 0)
-
-
 @pytest.mark.parametrize(
     ("events", "targets", "says"),
     [
@@ -92,8 +74,3 @@ def test_without_the_library_it_says_what_to_install(monkeypatch):
 def test_wrong_events_are_told(events, targets, says):
     with pytest.raises(MotionError, match=says):
         register(np.zeros((3, 16, 1)), events, targets)
-    gappy = np.full((3, 16, 1), np.nan)
-    with pytest.raises(MotionError, match="has gaps"):
-        register_elastically(gappy, 0)
-    with pytest.raises(MotionError, match="channel must be one of 1, got 4"):
-        register_elastically(gappy, 4)

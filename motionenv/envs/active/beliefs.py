@@ -28,16 +28,12 @@ class Beliefs:
 
     def __init__(self, env, particles: int = 256, seed: int | None = 0):
         self._vector, world = hasattr(env, "num_envs"), env.unwrapped.world
-        self._env, scene, n = env.unwrapped, world.scene, world.n
-        m, k = particles, scene.people
-        self._noise, self._motion = scene.sensor, scene.pace
+        self._env, self._scene, n, k, m = env.unwrapped, world.scene, world.n, world.scene.people, particles
         train = fourier_walkers("train")
         self._levels = (train.coefficients[:, 0, :, 2] / train.heights[:, None]).mean(axis=0)  # of the 15 markers
         self._rng, self._keys, self._time = np.random.default_rng(seed), np.zeros(n, np.uint64), np.zeros(n, np.intp)
-        self.particles = np.zeros((n, k, m, 4))
-        self._weights, self._unseen = np.zeros((n, k, k, 1 + m)), np.zeros((n, k, m))
-        self.means, self.sigmas = np.zeros((n, k, 2)), np.zeros((n, k))
-        self.seen, self._widths = np.zeros((n, k)), np.zeros((n, k))  # [m] of kernels about particles
+        self.particles, self._widths = np.zeros((n, k, m, 4)), np.zeros((n, k))  # [m] of kernels about particles
+        self.means, self.sigmas, self.seen = np.zeros((n, k, 2)), np.zeros((n, k)), np.zeros((n, k))
 
     def __repr__(self) -> str:
         return f"Beliefs({self._env!r}, particles={self.particles.shape[2]})"
@@ -53,16 +49,15 @@ class Beliefs:
         """Take account of an `observation` of the environment, once per frame."""
         seen = self.batched(observation)
         found = self._found(seen)
-        cameras, pillars, heights = seen["camera"], seen["pillars"], seen["roster"][..., 0].copy()
-        hues = np.arctan2(seen["roster"][..., 2], seen["roster"][..., 1])
-        gains = np.zeros((*heights.shape, heights.shape[1]))
-        weigh(cameras, pillars, heights, hues, found, self._noise, self._widths, self.particles,
-              self._weights, self._unseen, gains)  # fmt: skip
-        shares = np.zeros((*heights.shape, 1 + heights.shape[1]))
+        n, k, m = self.particles.shape[:3]
+        hues, heights = np.arctan2(seen["roster"][..., 2], seen["roster"][..., 1]), seen["roster"][..., 0].copy()
+        weights, unseen, gains = np.zeros((n, k, k, 1 + m)), np.zeros((n, k, m)), np.zeros((n, k, k))
+        shares, sums, noise = np.zeros((n, k, 1 + k)), np.zeros((n, k, 3)), self._scene.sensor
+        given, cloud = (seen["camera"], seen["pillars"], heights), (self._widths, self.particles)
+        weigh(*given, hues, found, noise, *cloud, weights, unseen, gains)
         share(gains, (found[..., 3] > 0).sum(axis=-1), shares)
-        sums = np.zeros((*heights.shape, 3))
-        renew(self._keys, self._time, cameras, pillars, heights, found, shares, self._weights, self._unseen,
-              self._noise, self._motion, self._widths, self.particles, sums)  # fmt: skip
+        found_so = found, shares, weights, unseen, noise, self._scene.pace
+        renew(self._keys, self._time, *given, *found_so, *cloud, sums)
         self._time += 1
         self.means, self.sigmas, self.seen = sums[..., :2], sums[..., 2], 1 - shares[..., 0]
 

@@ -37,10 +37,8 @@ def weigh(cameras, pillars, heights, hues, found, noise, widths, particles, weig
     """
     m = particles.shape[2]
     for e in range(len(particles)):
-        blur, sharp = (
-            noise[1] * scene.NARROW ** cameras[e, 2],
-            min((1.0 - noise[2]) * scene.sharpness(cameras[e], noise[3]), _MOST),
-        )
+        blur = noise[1] * scene.NARROW ** cameras[e, 2]
+        sharp = min((1.0 - noise[2]) * scene.sharpness(cameras[e], noise[3]), _MOST)
         for k in range(particles.shape[1]):
             missing = 0.0
             for i in range(m):
@@ -80,8 +78,8 @@ def _match(camera, detection, height, noise, width, particles, weights) -> float
     weights[0] = total = _JUMP / _AREA * (depth * half) ** 2 * depth / (scene.MAST - z)  # ∫ likelihood dx dy
     for i in range(m):
         u, v, deep = scene.sight(camera, particles[i, 0], particles[i, 1], z)
-        a, b = _variances(half, max(deep, 1.0), z, width)
-        a, b = a + _error(detection, noise, half, deep), b + _error(detection, noise, half, deep)
+        a, b, error = _variances(detection, noise, half, deep, z, width)
+        a, b = a + error, b + error
         away = (u - detection[0]) ** 2 / a + (v - detection[1]) ** 2 / b
         weights[1 + i] = (1 - _JUMP) * np.exp(-0.5 * away) / (2 * np.pi * np.sqrt(a * b) * m)
         total += weights[1 + i]
@@ -89,16 +87,11 @@ def _match(camera, detection, height, noise, width, particles, weights) -> float
 
 
 @part
-def _error(detection, noise, half, depth) -> float:
-    """Variance of a detection's coordinates, with that of how a body sways."""
-    return noise**2 / detection[3] + (_SWAY / (max(depth, 1.0) * half)) ** 2
-
-
-@part
-def _variances(half, depth, z, width):
-    """Variances of image coordinates of a kernel of a `width` [m] on the ground."""
+def _variances(detection, noise, half, depth, z, width):
+    """Variances of u and v of a kernel of a `width` [m] on the ground, and of a detection of a body, which sways."""
+    depth = max(depth, 1.0)
     square = (width / (depth * half)) ** 2
-    return square, square * ((scene.MAST - z) / depth) ** 2
+    return square, square * ((scene.MAST - z) / depth) ** 2, noise**2 / detection[3] + (_SWAY / (depth * half)) ** 2
 
 
 @part
@@ -158,13 +151,11 @@ def _marginals(factors, before, after, shares) -> None:
 
 
 @kernel
-def renew(
-    keys, time, cameras, pillars, heights, found, shares, weights, unseen, noise, motion, widths, particles, sums
-) -> None:
+def renew(keys, time, cameras, pillars, heights, found, shares, weights, unseen, noise, pace, widths, particles, sums):
     """Resample `particles` (n, people, m, 4) given `shares`, sum them up, and move them on.
 
-    `sums` (n, people, 3) become mean x, y and standard deviation [m]. `motion` is the chance of a turn and the time of
-    a frame [s].
+    `sums` (n, people, 3) become mean x, y and standard deviation [m]. `pace` is the chance of a turn and the time of a
+    frame [s].
     """
     state, m = np.empty(1, dtype=np.uint64), particles.shape[2]
     for e in range(len(particles)):
@@ -187,19 +178,15 @@ def renew(
                     _spring(state, cameras[e], found[e, d], heights[e, k], noise[0], width, cloud[i])
             _sum(cloud, sums[e, k])
             for i in range(m):
-                _move(state, cloud[i], pillars[e], motion)
+                _move(state, cloud[i], pillars[e], pace)
             widths[e, k] = _WIDTH * sums[e, k, 2] * m ** (-1.0 / 6.0)
 
 
 @part
 def _drawn(state, chances) -> int:
     """An index, drawn in proportion to `chances`."""
-    goal, reached = chances.sum() * uniform(state), 0.0
-    for i in range(len(chances)):
-        reached += chances[i]
-        if goal < reached:
-            return i
-    return len(chances) - 1
+    goal = chances.sum() * uniform(state)
+    return min(np.searchsorted(np.cumsum(chances), goal, side="right"), len(chances) - 1)
 
 
 @part
@@ -218,13 +205,13 @@ def _resampled(state, chances):
 
 
 @part
-def _move(state, walk, pillars, motion) -> None:
+def _move(state, walk, pillars, pace) -> None:
     """Move a particle on by a frame, with a little noise, which keeps particles apart."""
     walk[0] += _JITTER[0] * gaussian(state)
     walk[1] += _JITTER[0] * gaussian(state)
     walk[2] += _JITTER[1] * gaussian(state)
     walk[3] = min(max(walk[3] + _JITTER[2] * gaussian(state), scene.SPEEDS[0]), scene.SPEEDS[1])
-    scene.stroll(state, walk, pillars, motion[0], motion[1])
+    scene.stroll(state, walk, pillars, pace[0], pace[1])
 
 
 @part
@@ -235,15 +222,11 @@ def _spring(state, camera, detection, height, noise, width, walk) -> None:
     """
     z, half = detection[2] * height, scene.WIDE * scene.NARROW ** camera[2]
     u, v, depth = scene.sight(camera, walk[0], walk[1], z)
-    a, b = _variances(half, max(depth, 1.0), z, width)
-    error = _error(detection, noise, half, depth)
+    a, b, error = _variances(detection, noise, half, depth, z, width)
     p, q = a / (a + error), b / (b + error)
     if width == np.inf:
         p = q = 1.0
-        walk[2], walk[3] = (
-            2.0 * np.pi * uniform(state),
-            scene.SPEEDS[0] + (scene.SPEEDS[1] - scene.SPEEDS[0]) * uniform(state),
-        )
+        scene.set_off(state, walk)
     u += p * (detection[0] - u) + np.sqrt(p * error) * gaussian(state)
     v += q * (detection[1] - v) + np.sqrt(q * error) * gaussian(state)
     walk[0], walk[1] = _ground(camera, u, v, z)

@@ -102,10 +102,9 @@ def _observe(camera, ways, free, noise, growth, errors) -> float:
 @part
 def _time(camera, pan, tilt) -> float:
     """About how long [s] it takes to turn to `pan` and `tilt`."""
-    apart = max(abs(_turn(pan - camera[0])), abs(tilt - camera[1]) * scene.RATES[0] / scene.RATES[1])
-    return min(
-        2.0 * np.sqrt(apart / scene.ACCELERATIONS[0]), apart / scene.RATES[0] + scene.RATES[0] / scene.ACCELERATIONS[0]
-    )
+    rate, acceleration = scene.RATES[0], scene.ACCELERATIONS[0]
+    apart = max(abs(_turn(pan - camera[0])), abs(tilt - camera[1]) * rate / scene.RATES[1])
+    return min(2.0 * np.sqrt(apart / acceleration), apart / rate + rate / acceleration)
 
 
 @part
@@ -121,14 +120,9 @@ def _worth(camera, goal, ways, free, errors, dwell) -> float:
 
 
 @part
-def _best_next(camera, goals, ways, free, errors, dwell) -> int:
-    """The goal that is worth most by itself."""
-    best, most = 0, -1.0
-    for g in range(len(goals)):
-        worth = _worth(camera, goals[g], ways, free, errors, dwell)
-        if worth > most:
-            best, most = g, worth
-    return best
+def _worths(camera, goals, ways, free, errors, dwell):
+    """What each of the goals is worth by itself."""
+    return np.array([_worth(camera, goal, ways, free, errors, dwell) for goal in goals])
 
 
 @part
@@ -137,7 +131,7 @@ def _outcome(camera, goals, first, ways, free, noise, dt, growth, dwell, errors)
     command, total, looked, goal = np.zeros(3), 0.0, 0.0, first
     for h in range(len(ways)):
         if looked >= dwell:
-            goal, looked = _best_next(camera, goals, ways[h], free[h], errors, dwell), 0.0
+            goal, looked = _worths(camera, goals, ways[h], free[h], errors, dwell).argmax(), 0.0
         pan, tilt, zoom = _aim(goals[goal], ways[h])
         towards(camera, pan, tilt, zoom, dt, command)
         scene.steer(camera, command, dt)
@@ -165,23 +159,16 @@ def plan(slots, cameras, pillars, clouds, sigmas, goals, breadth, steps, noise, 
     [m/s]. A look takes `dwell` [s].
     """
     people, m = clouds.shape[1:3]
-    ways, free, errors = (
-        np.empty((steps, people, m + 1, 2)),
-        np.empty((steps, people, m), np.bool_),
-        np.empty((people, m)),
-    )
+    ways, free = np.empty((steps, people, m + 1, 2)), np.empty((steps, people, m), np.bool_)
     for e in slots:
         _foresee(clouds[e], pillars[e], dt, ways, free)
-        for k in range(people):
-            errors[k] = sigmas[e, k]
-        worths = np.array([_worth(cameras[e], goal, ways[0], free[0], errors, dwell) for goal in goals])
-        least = np.inf
+        now = np.repeat(sigmas[e], m).reshape(people, m)
+        worths = _worths(cameras[e], goals, ways[0], free[0], now, dwell)
+        least, best = np.inf, goals[0]
         for g in np.argsort(-worths)[:breadth]:
-            for k in range(people):
-                errors[k] = sigmas[e, k]
-            value = _outcome(cameras[e].copy(), goals, g, ways, free, noise, dt, growth, dwell, errors)
+            value = _outcome(cameras[e].copy(), goals, g, ways, free, noise, dt, growth, dwell, now.copy())
             if value < least:
-                least = value
-                pan, tilt, _ = _aim(goals[g], ways[0])
-                arrival = min(int(_time(cameras[e], pan, tilt) / dt), steps - 1)
-                aims[e, 0], aims[e, 1], aims[e, 2] = _aim(goals[g], ways[arrival])
+                least, best = value, goals[g]
+        pan, tilt, _ = _aim(best, ways[0])
+        arrival = min(int(_time(cameras[e], pan, tilt) / dt), steps - 1)
+        aims[e, 0], aims[e, 1], aims[e, 2] = _aim(best, ways[arrival])

@@ -154,9 +154,8 @@ class Planner(Still):
         cloud, dt = self.beliefs.particles, 1 / self.scene.fps
         look_at(seen["camera"], self._aims, self.scene.blur, dt, self._looked)
         self._since += dt
-        due = np.flatnonzero(
-            (self._age == 0) | (self._looked > self.dwell - dt / 4) | (self._since > self.patience - dt / 4)
-        )
+        over = (self._looked > self.dwell - dt / 4) | (self._since > self.patience - dt / 4)
+        due = np.flatnonzero((self._age == 0) | over)
         some = cloud[:, :, self._rng.choice(cloud.shape[2], self.drawn, replace=False)]
         known = seen["camera"], seen["pillars"], some, self.beliefs.sigmas, self._goals, self.breadth
         plan(due, *known, self._steps, self.scene.sensor, self.growth, self.dwell, self.step, self._aims)

@@ -55,12 +55,19 @@ def stroll(state, walk, pillars, chance, dt) -> None:
 
 
 @part
+def set_off(state, walk) -> None:
+    """Draw heading and speed of `walk` (4,)."""
+    walk[2] = _TURN * uniform(state)
+    walk[3] = SPEEDS[0] + (SPEEDS[1] - SPEEDS[0]) * uniform(state)
+
+
+@part
 def appear(state, walk, pillars) -> None:
     """Draw `walk` (4,) anywhere on the plaza that is free."""
     walk[0] = walk[1] = 0.0
     while not free(walk[0], walk[1], pillars):
         walk[0], walk[1] = OUTER * (2.0 * uniform(state) - 1.0), OUTER * (2.0 * uniform(state) - 1.0)
-    walk[2], walk[3] = _TURN * uniform(state), SPEEDS[0] + (SPEEDS[1] - SPEEDS[0]) * uniform(state)
+    set_off(state, walk)
 
 
 @kernel

@@ -9,7 +9,7 @@ from gymnasium import Space, spaces
 from scipy.ndimage import gaussian_filter1d
 from scipy.special import i0e, i1e
 
-from motionenv._core.validation import checked_number, checked_whole
+from motionenv._core.validation import checked_choice, checked_number, checked_whole
 from motionenv.envs.active.pictures import camera_of, draw
 from motionenv.envs.active.scene_kernel import INNER, OUTER, look, steer_all, wander
 from motionenv.envs.base import Arguments, TrackingEnv, World, taking
@@ -17,7 +17,6 @@ from motionenv.envs.simulation.estimates import ActionScale
 from motionenv.envs.simulation.marker_world import WALKERS, fourier_walkers
 from motionenv.envs.simulation.motion_sources import SPLITS
 from motionenv.envs.vector import TrackingVectorEnv, VectorArguments
-from motionenv.errors import MotionError
 from motionenv.types import FPS_RANGE, MARKERS
 
 #: Positions in actions are in units of this length [m].
@@ -52,8 +51,7 @@ class ActiveArguments(Arguments):
         for name, limits in _LIMITS.items():
             checked: Any = checked_whole if isinstance(getattr(ActiveArguments, name), int) else checked_number
             object.__setattr__(self, name, checked(getattr(self, name), name, *limits))
-        if self.split not in SPLITS:
-            raise MotionError(f"split must be one of {', '.join(SPLITS)}, got {self.split!r}")
+        checked_choice(self.split, "split", SPLITS)
 
     def __str__(self) -> str:
         return f"{self.people} people, {self.pillars} pillars"
@@ -168,9 +166,6 @@ class ActiveWorld(World):
         time = self.time - (estimate is not None)
         walks, joints = self._walks[slot, :, time[slot]], self._joints(np.array([slot]), time)[0]
         return draw(camera, self._pillars[slot], walks, joints, self._hues[slot], points[seen > 0], beliefs)
-
-    def close(self) -> None:
-        """Nothing to release."""
 
     def _joints(self, slots: np.ndarray, time: np.ndarray) -> np.ndarray:
         """True joints (k, people, 15, 3) [m] of `slots` in the frames `time` (n,)."""

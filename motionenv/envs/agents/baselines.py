@@ -44,6 +44,9 @@ class _Baseline:
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self._actions.env!r})"
 
+    def reset(self, observation: Observation, began: np.ndarray | None = None) -> None:
+        """Nothing to reset; see `Agent` for `observation` and `began`."""
+
 
 class MeanPose(_Baseline):
     """Always the mean pose of walking in the middle of the world of `env`; for an arm, the mean of reaching.
@@ -58,9 +61,6 @@ class MeanPose(_Baseline):
         if self._actions.points:
             joints[..., :2] = 0.0
         self._joints = joints
-
-    def reset(self, observation: Observation, began: np.ndarray | None = None) -> None:
-        """Nothing to reset; see `Agent` for `observation` and `began`."""
 
     def act(self, observation: Observation) -> np.ndarray:
         """The mean pose; `observation` is ignored."""
@@ -86,18 +86,15 @@ class Kalman(_Baseline):
 
     def __init__(self, env: Any) -> None:
         self._actions = Actions(env)
-        name = type(self).__name__
+        name, world = type(self).__name__, self._actions.env.world
         if self._actions.arm:
             raise MotionError(f"{name} supports markers and walkers only: use another agent for ArmTracking")
         if self._actions.names == ["joints"]:
             raise MotionError(f"{name} looks at images or points, and this environment shows joints: use Oracle")
         self._poses = walking_poses(self._actions.samples)
         self._joints = markers(self._poses, from_height())
-        self._look: SeenPoints | SeenWalkers
-        if self._actions.points:
-            self._look = SeenPoints(self._actions.n, self._actions.env.world.fps, self._remembers)
-        else:
-            self._look = SeenWalkers(self._actions.n, self._actions.env.world.fps, self._remembers)
+        seen = SeenPoints if self._actions.points else SeenWalkers
+        self._look = seen(self._actions.n, world.fps, self._remembers)
 
     def reset(self, observation: Observation, began: ArrayLike | None = None) -> None:
         """Forget ended episodes; see `Agent` for `observation` and `began`."""
@@ -150,9 +147,6 @@ class Oracle(_Baseline):
     def __init__(self, env: Any, spread: float = _SPREAD, seed: int | None = 0) -> None:
         self._env, self._actions, self._spread = env, Actions(env), checked_number(spread, "spread", 0)
         self._rng = random_generator(seed)
-
-    def reset(self, observation: Observation, began: np.ndarray | None = None) -> None:
-        """Nothing to reset; see `Agent` for `observation` and `began`."""
 
     def act(self, observation: Observation) -> np.ndarray:
         """The ground truth of the current frame; `observation` is ignored."""

@@ -181,16 +181,9 @@ def score(
     changed = settings(task, split, motion=motion, file_fps=file_fps, unit=unit)
     episodes = checked_whole(episodes, "episodes", 1)
     make, name = (agent_of(agent), agent) if isinstance(agent, str) else (agent, getattr(agent, "__name__", "agent"))
-    began, parts = time.perf_counter(), []
-    n = min(episodes, _TOGETHER)
-    env = gymnasium.make_vec(task, num_envs=n, vectorization_mode="vector_entry_point", **changed)
-    player = make(env)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)  # "ood" is beyond what was learned on purpose
-        for first in range(0, episodes, n):
-            parts.append(evaluate(env, player, min(n, episodes - first), seed=FIRST_SEED + first))
-    env.close()
-    errors, returns = (np.concatenate([getattr(part, what) for part in parts]) for what in ("errors", "returns"))
+    began = time.perf_counter()
+    played = _played(task, changed, make, episodes)
+    errors, returns = played.errors, played.returns
     return {
         "task": task, "split": split, "agent": name, "settings": {**TASKS[task].settings, **changed},
         "seeds": list(range(FIRST_SEED, FIRST_SEED + episodes)),
@@ -200,6 +193,20 @@ def score(
         "versions": {name: version(name) for name in ("motionenv", "gymnasium", "numpy")}
         | {"python": platform.python_version(), "platform": sys.platform},
     }  # fmt: skip
+
+
+def _played(task: str, changed: dict[str, Any], make: Callable[[Any], Agent], episodes: int) -> Scores:
+    """Scores of the first `episodes` of a task with `changed` settings, a few at a time."""
+    n, parts = min(episodes, _TOGETHER), []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ExtrapolationWarning)  # "ood" is beyond what was learned on purpose
+        env = gymnasium.make_vec(task, num_envs=n, vectorization_mode="vector_entry_point", **changed)
+        player = make(env)
+        for first in range(0, episodes, n):
+            parts.append(evaluate(env, player, min(n, episodes - first), seed=FIRST_SEED + first))
+        env.close()
+    errors, returns, lengths = zip(*((part.errors, part.returns, part.lengths) for part in parts), strict=True)
+    return Scores(np.concatenate(errors), np.concatenate(returns), np.concatenate(lengths))
 
 
 def interval(values: np.ndarray, *bounds: np.ndarray) -> list[float]:
@@ -217,17 +224,10 @@ def interval(values: np.ndarray, *bounds: np.ndarray) -> list[float]:
 
 def _normalised(task: str, changed: dict[str, Any], returns: np.ndarray) -> dict[str, Any]:
     """The normalised return of `returns` (n,) and its interval; a fully observable twin has the same episodes."""
-    n, bounds = len(returns), []
     full = TASKS[task].full
     twin, least = (full, MeanPose) if full else (task, active.Still)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)
-        for make in (least, _oracle):
-            env = gymnasium.make_vec(twin, num_envs=n, vectorization_mode="vector_entry_point", **changed)
-            bounds.append(evaluate(env, make(env), n, seed=FIRST_SEED).returns)
-            env.close()
-    worst, best = (bound.mean() for bound in bounds)
+    worst, best = (_played(twin, changed, make, len(returns)).returns for make in (least, _oracle))
     return {
-        "normalised_return": (returns.mean() - worst) / (best - worst),
-        "normalised_interval": interval(returns, *bounds),
+        "normalised_return": (returns.mean() - worst.mean()) / (best.mean() - worst.mean()),
+        "normalised_interval": interval(returns, worst, best),
     }

@@ -7,9 +7,8 @@ import numpy as np
 from gymnasium import spaces
 
 from motionenv._core.threads import Workers
-from motionenv._core.validation import checked_whole
+from motionenv._core.validation import checked_choice, checked_whole
 from motionenv.body.joints_kernel import joints_of
-from motionenv.errors import MotionError
 from motionenv.metrics import energy_score
 from motionenv.metrics.joint_kernel import mean_distances
 from motionenv.types import MARKERS, POSE
@@ -47,8 +46,7 @@ class ActionScale:
     """
 
     def __init__(self, actions: str, reach: float, shape: tuple[int, ...], columns: Sequence[int]) -> None:
-        if actions not in ACTIONS:
-            raise MotionError(f"actions must be one of {', '.join(ACTIONS)}, got {actions!r}")
+        checked_choice(actions, "actions", ACTIONS)
         at = np.array(columns)
         kinds = [at == _WEIGHT, at < 2, at == 2]
         self._angles, self._metric = at > 2, actions == "metric"
@@ -96,8 +94,7 @@ class Estimates:
         self, form: str, n_belief: int = 64, *, entries: Sequence[int] | None = None,
         joints: Sequence[int] | None = None, threads: int | None = 1, actions: str = "metric", reach: float = FAR,
     ) -> None:  # fmt: skip
-        if form not in FORMS:
-            raise MotionError(f"estimate must be one of {', '.join(FORMS)}, got {form!r}")
+        checked_choice(form, "estimate", FORMS)
         n_belief = checked_whole(n_belief, "n_belief", 1, 4096, "poses")
         self.form = form
         self._entries = list(range(len(POSE)) if entries is None else entries)

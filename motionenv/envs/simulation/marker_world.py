@@ -11,7 +11,7 @@ from gymnasium import Space, spaces
 from motionenv.body import markers
 from motionenv.envs.base import World
 from motionenv.envs.simulation.estimates import FAR, ActionScale
-from motionenv.envs.simulation.motion_sources import SPLITS, Recordings, Source
+from motionenv.envs.simulation.motion_sources import SPLITS, Source
 from motionenv.likelihoods import MarkerLikelihood
 from motionenv.metrics.joint_kernel import mean_distances
 from motionenv.models.eigenwalkers.batch import WalkerBatch, draw_walkers
@@ -63,7 +63,7 @@ class MarkerWorld(World):
         self.time = np.zeros(n, dtype=np.intp)
         self._angles, self._sensor = angles, sensor
         self._camera = _camera(sensor.distance)
-        self._motion = _motion(source, n)
+        self._motion = _Series(source, n) if source.motion == _FOURIER else _Recorded(source, n)
         self._view = sensor.view(n)
         self._before = self._view.points.copy(), self._view.seen.copy()
         self._alphas = np.zeros(n)
@@ -104,9 +104,6 @@ class MarkerWorld(World):
         if estimate is None:
             return picture
         return draw_pose(picture, self.scale.estimates(estimate), self._camera, width=1.5)
-
-    def close(self) -> None:
-        """Nothing to release."""
 
     def observation_model(self, slot: int) -> MarkerLikelihood:
         """Likelihood of poses, in the camera's world, for the current observation of `slot`."""
@@ -155,9 +152,9 @@ class _Series:
 class _Recorded:
     """Segments of recordings, with their straight path removed; used like `_Series`."""
 
-    def __init__(self, recordings: Recordings, frames: int, n: int):
-        self._recordings = recordings
-        self._tracks = np.zeros((n, frames, len(MARKERS), 3), dtype=np.float32)
+    def __init__(self, source: Source, n: int):
+        self._recordings = source.open()
+        self._tracks = np.zeros((n, source.frames, len(MARKERS), 3), dtype=np.float32)
 
     def begin(self, slot: int, rng: np.random.Generator) -> None:
         track = markers(*self._recordings.draw(rng))
@@ -169,12 +166,6 @@ class _Recorded:
 
     def positions(self, slots: np.ndarray, time: np.ndarray) -> np.ndarray:
         return self._tracks[slots, time[slots]].astype(np.float64)
-
-
-def _motion(source: Source, n: int) -> _Series | _Recorded:
-    if source.motion == _FOURIER:
-        return _Series(source, n)
-    return _Recorded(source.open(), source.frames, n)
 
 
 @lru_cache(maxsize=4)

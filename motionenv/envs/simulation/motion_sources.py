@@ -77,8 +77,7 @@ class Source:
     person: str = "adult"
 
     def __post_init__(self) -> None:
-        if self.split not in SPLITS:
-            raise MotionError(f"split must be one of {', '.join(SPLITS)}, got {self.split!r}")
+        checked_choice(self.split, "split", SPLITS)
         object.__setattr__(self, "motion", str(self.motion))
         object.__setattr__(self, "fps", checked_number(self.fps, "fps", *FPS_RANGE))
         if self.frames / self.fps > _LONGEST:

@@ -12,7 +12,7 @@ from gymnasium import spaces
 from motionenv.envs.base import SimulatedArguments, World
 from motionenv.envs.simulation.estimates import Estimates
 from motionenv.envs.simulation.motion_sources import Source, episode_frames
-from motionenv.envs.simulation.stage import Motions, PictureSettings, Stage
+from motionenv.envs.simulation.stage import PictureSettings, Stage
 from motionenv.envs.simulation.views import View
 from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
@@ -32,7 +32,7 @@ class PictureWorld(World):
 
     def __init__(self, stage: Stage, sense: PictureSettings, estimates: Estimates) -> None:
         self.stage, self.estimates, self._sense = stage, estimates, sense
-        self.n, self.horizon, self.fps = stage.n, stage.motions.frames - 1, stage.motions.fps
+        self.n, self.horizon, self.fps = stage.n, stage.source.frames - 1, stage.source.fps
         self.observation_space: gymnasium.Space = sense.space
         self.scale = estimates.scale
         self.action_space: spaces.Box = self.scale.space
@@ -101,6 +101,7 @@ class PictureArguments(SimulatedArguments):
     """Arguments of the environments that show images.
 
     Attributes:
+        source: kind of source of the motion.
         scored: scored pose entries and joints, arguments of `Estimates`.
     """
 
@@ -129,26 +130,27 @@ class PictureArguments(SimulatedArguments):
     file_fps: float | None = None
     unit: str | None = None
     threads: int | None = 1
+    source: ClassVar[type[Source]] = Source
     scored: ClassVar[dict[str, Any]] = {}
 
     def __str__(self) -> str:
         return f"observation={self.observation!r}, {self.size}x{self.size}"
 
     @abstractmethod
-    def staged(self, source: Source) -> tuple[Motions, View]:
-        """The motion that a `source` gives, and the cameras in front of it."""
+    def view(self, source: Source) -> View:
+        """The cameras in front of a `source`."""
 
     def world(self, n: int) -> PictureWorld:
         sense = PictureSettings(self.observation, self.size)
         scenery = Augmentation(self.background, self.distractors, self.occluders, self.noise, self.brightness)
         frames = episode_frames(self.horizon)
         reading = (self.file_fps, self.unit, self.motion_seed, self.person)
-        source = Source(self.motion, self.split, frames, self.fps, self.speed, self.height, *reading)
-        motions, view = self.staged(source)
+        source = self.source(self.motion, self.split, frames, self.fps, self.speed, self.height, *reading)
+        view = self.view(source)
         scoring = {"threads": self.threads, "actions": self.actions, "reach": view.reach, **self.scored}
         estimates = Estimates(self.estimate, self.n_belief, **scoring)
         stage = Stage(
-            n, motions, view, size=sense.size, scenery=scenery, clothes=self.clothes, threads=self.threads,
+            n, source, view, size=sense.size, scenery=scenery, clothes=self.clothes, threads=self.threads,
             gaps=self.gaps, gap_seconds=self.gap_seconds,
         )  # fmt: skip
         return PictureWorld(stage, sense, estimates)

@@ -1,7 +1,7 @@
 """People in front of cameras: motion, bodies, clothes and views of n episodes, and their images."""
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -11,7 +11,7 @@ from motionenv._core.validation import checked_whole
 from motionenv.body.limbs import COLOURS, LIMBS
 from motionenv.envs.simulation.estimates import FAR as FARTHEST
 from motionenv.envs.simulation.estimates import true_joints
-from motionenv.envs.simulation.motion_sources import Recordings
+from motionenv.envs.simulation.motion_sources import Source
 from motionenv.envs.simulation.views import FOV, View
 from motionenv.errors import MotionError
 from motionenv.render.cameras import view as camera_view
@@ -26,27 +26,12 @@ SIZES = (36, 256)
 SENSES = ("rgb", "mask", "depth", "joints")
 
 
-class Motions(Protocol):
-    """A source of motion, such as `motionenv.envs.simulation.motion_sources.Source`."""
-
-    @property
-    def frames(self) -> int:
-        """Number of frames of an episode."""
-
-    @property
-    def fps(self) -> float:
-        """Frame rate [Hz]."""
-
-    def open(self) -> Recordings:
-        """The recordings."""
-
-
 class Stage:
     """n episodes: moving bodies, clothes, cameras and scenery.
 
     Args:
         n, threads: number of episodes, and of rendering threads.
-        motions, view: source of motion, and placement of people and cameras.
+        source, view: of the motion, and placement of people and cameras.
         size: side of the square images [pixels], as validated by `PictureSettings`.
         scenery: background, occluders, noise.
         clothes: whether colours are random or fixed.
@@ -63,20 +48,20 @@ class Stage:
     """
 
     def __init__(
-        self, n: int, motions: Motions, view: View, *, size: int, scenery: Augmentation, clothes: bool,
+        self, n: int, source: Source, view: View, *, size: int, scenery: Augmentation, clothes: bool,
         threads: int | None, gaps: float = 0.0, gap_seconds: float = 0.3,
     ) -> None:  # fmt: skip
         n = checked_whole(n, "num_envs", 1)
         if not isinstance(clothes, bool):
             raise MotionError(f"clothes must be True or False, got {clothes!r}")
-        self.n, self.motions, self.view, self.size, self.clothes = n, motions, view, size, clothes
-        motions.open()
+        self.n, self.source, self.view, self.size, self.clothes = n, source, view, size, clothes
+        source.open()
         self._crowd = MultiBodyRaycaster(size, size, threads=threads)
-        self._scenery = Augmenter(scenery, n, size, size, fps=motions.fps, threads=threads)
+        self._scenery = Augmenter(scenery, n, size, size, fps=source.fps, threads=threads)
         self.time = np.zeros(n, dtype=np.intp)
-        self.poses, self.pan = np.zeros((n, motions.frames, 25)), np.zeros((n, motions.frames))
-        self.blank, self._gaps = np.zeros((n, motions.frames), bool), gaps
-        self._chances = gap_chances(gaps, gap_seconds, motions.fps)
+        self.poses, self.pan = np.zeros((n, source.frames, 25)), np.zeros((n, source.frames))
+        self.blank, self._gaps = np.zeros((n, source.frames), bool), gaps
+        self._chances = gap_chances(gaps, gap_seconds, source.fps)
         self.offsets, self.radii, self.heights = np.zeros((n, 16, 3)), np.zeros((n, len(LIMBS), 2)), np.ones(n)
         self.colours = np.tile(np.array([*COLOURS.values()]), (n, 1, 1))
         self.K = np.tile(camera_view(0.0, width=size, height=size, fov_degrees=FOV).K, (n, 1, 1))
@@ -86,7 +71,7 @@ class Stage:
 
     def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:
         """Draw new people for `slots` (k,), each with its generator of `rngs`."""
-        recordings = self.motions.open()
+        recordings = self.source.open()
         for slot, rng in zip(slots.tolist(), rngs, strict=True):
             poses, body = recordings.draw(rng)
             self.poses[slot] = poses
@@ -98,7 +83,7 @@ class Stage:
                 self.colours[slot] = outfits(rng.random((len(WORN), 3)))
             self._scenery.begin(slot, rng, distance=placed.away, behind=placed.behind, focal=focal)
             if self._gaps:
-                self._blind(slot, rng.random(self.motions.frames))
+                self._blind(slot, rng.random(self.source.frames))
         self.time[slots] = 0
 
     def _blind(self, slot: int, chance: np.ndarray) -> None:
@@ -204,14 +189,8 @@ class PictureSettings:
         return {name: seen if name == "rgb" else seen[..., 0]}
 
 
-def _mask(limbs: np.ndarray) -> np.ndarray:
-    mask = np.empty(limbs.shape, np.uint8)
-    np.not_equal(limbs, 0, out=mask.view(bool))
-    return np.negative(mask, out=mask)  # -1 wraps to 255
-
-
 _SEEN = {
     "rgb": lambda frame: frame.rgb,
-    "mask": lambda frame: _mask(frame.limbs)[..., None],
+    "mask": lambda frame: np.uint8(255) * (frame.limbs[..., None] != 0),
     "depth": lambda frame: frame.depth[..., None].copy(),
 }

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from motionenv._core.validation import is_number
+from motionenv._core.validation import checked_choice, is_number
 from motionenv.body import markers
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS, Motion, Skeleton
@@ -80,10 +80,8 @@ class WalkingView:
     ) -> None:
         if camera != "follow":
             checked_angle(camera, "follow")
-        if start not in STARTS:
-            raise MotionError(f"start must be one of {', '.join(STARTS)}, got {start!r}")
-        if path not in PATHS:
-            raise MotionError(f"path must be one of {', '.join(PATHS)}, got {path!r}")
+        checked_choice(start, "start", STARTS)
+        checked_choice(path, "path", PATHS)
         self.camera, self.fps, self.start, self.path = camera, fps, start, path
         self._turn, self._deep = STARTS[start]
         self._distance = _NEAREST + _PACE * seconds

@@ -14,6 +14,8 @@ from motionenv.types import POSE, Skeleton, frozen
 #: Default standard deviations (25,) of a given pose: positions [m], then angles [rad].
 SPREAD = np.concatenate([np.full(3, 0.02), np.full(22, 0.03)])
 
+_FINE = 2.0**-30  # of powers of weights
+
 
 class State(Protocol):
     """N particles: a frozen dataclass of arrays with leading axis N."""
@@ -128,6 +130,28 @@ class Start:
         which = systematic(weights, n, rng)
         noise = self.spread * rng.standard_normal((n, len(POSE)))
         return which, self.poses[which] + noise, self.previous[which] + noise
+
+
+def deviations(values: ArrayLike, name: str) -> np.ndarray:
+    """Standard deviations (25,) of pose entries, read-only; a MotionError about `name` unless finite and at least 0."""
+    checked = frozen(values, (len(POSE),), name)
+    if not ((checked >= 0) & np.isfinite(checked)).all():
+        raise MotionError(f"{name} must be finite standard deviations of at least 0, got {checked.min()!r}")
+    return checked
+
+
+def tempered(scores: np.ndarray, effective: float) -> np.ndarray:
+    """Weights (N,) exp(power · scores), with the highest power up to 1 that leaves `effective` effective ones.
+
+    `scores` (N,) are up to a constant. The effective number is 1 / Σ w² of normalised weights w.
+    """
+    scores = scores - scores.max()
+    low, high, power = 0.0, 2.0, 1.0  # tries 1 first
+    while low < 1.0 and high - low > _FINE:
+        weights = np.exp(power * scores)
+        low, high = (power, high) if weights.sum() ** 2 / (weights**2).sum() >= effective else (low, power)
+        power = 0.5 * (low + high)
+    return np.exp(low * scores)
 
 
 def systematic(weights: np.ndarray, n: int, rng: np.random.Generator) -> np.ndarray:

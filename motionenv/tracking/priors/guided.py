@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_fps, checked_number
 from motionenv.errors import MotionError
-from motionenv.tracking.priors.base import Prior, Start
+from motionenv.tracking.priors.base import Prior, Start, deviations
 from motionenv.types import POSE, Skeleton, frozen
 
 
@@ -51,9 +51,7 @@ class GuidedPrior(Prior):
         memory: float = 0.3,
     ) -> None:  # fmt: skip
         self.skeleton, self.fps, self.size, self._first = skeleton, checked_fps(fps), 0.0, first
-        self._guide, self._deviation = frozen(guide, (None, len(POSE)), "guide"), frozen(deviation, (25,), "deviation")
-        if not ((self._deviation >= 0) & np.isfinite(self._deviation)).all():
-            raise MotionError("deviation must be finite standard deviations of at least 0")
+        self._guide, self._deviation = frozen(guide, (None, len(POSE)), "guide"), deviations(deviation, "deviation")
         self._keep = float(np.exp(-1 / (checked_number(memory, "memory", above=0) * self.fps)))
         self._noise = self._deviation * np.sqrt(1 - self._keep**2)
 

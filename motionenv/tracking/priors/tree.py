@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motionenv._core.validation import checked_number
+from motionenv._core.validation import checked_choice, checked_number
 from motionenv.errors import MotionError
 from motionenv.models.motion_tree.database import leg_length
 from motionenv.models.motion_tree.features import FPS, WINDOW, local, turned_towards
@@ -27,11 +27,10 @@ from motionenv.models.motion_tree.model import METHODS, PARTS, MotionTree
 from motionenv.models.paths.bending import TURN_MEMORY, TURN_RATE
 from motionenv.models.registry import load
 from motionenv.tracking.priors import _tree_kernels as kernels
-from motionenv.tracking.priors.base import Prior, Start
+from motionenv.tracking.priors.base import Prior, Start, tempered
 from motionenv.types import POSE, Skeleton
 
 _ENOUGH = 20.0  # least effective number of windows for each candidate of a start
-_BISECTIONS = 30
 _LIKE, _STEP = 0.08, 0.02  # [m, rad] deviations of people from windows, in poses and in changes per frame
 _MEMORY = 1.0  # [s] correlation time of δ
 _INCREMENTS = (0, 1, 5)
@@ -86,8 +85,7 @@ class TreePrior(Prior):
         tree.check()
         if fps != FPS:
             raise MotionError(f"fps must be {FPS:g} frames/s, the rate of motion trees, got {fps!r}: use another prior")
-        if method not in METHODS:
-            raise MotionError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+        checked_choice(method, "method", METHODS)
         checked_number(temperature, "temperature", above=0)
         checked_number(noise, "noise", 0)
         self.fps, self.size, self.tree = FPS, 0.0, tree
@@ -169,7 +167,7 @@ class TreePrior(Prior):
         precision[np.isnan(wanted)] = 0.0
         cost = np.empty(len(tree.frames_))
         kernels.misfits(tree.database_.poses, tree.frames_, entries, np.nan_to_num(wanted), precision, cost)
-        return _wide_enough(cost - cost.min())
+        return tempered(-0.5 * cost, _ENOUGH)
 
     def _histories(self, frames: np.ndarray) -> np.ndarray:
         """Local parameters (n, 11, c) of the windows that end at `frames` (n,), and of the frame before each."""
@@ -187,19 +185,3 @@ def _filter(tree: MotionTree) -> tuple[np.ndarray, np.ndarray]:
     out[1:] += pose + velocity
     out[:-1] -= velocity
     return out.astype(np.float32), offset.astype(np.float32)
-
-
-def _wide_enough(cost: np.ndarray) -> np.ndarray:
-    """exp(-½ power · cost), with the highest power up to 1 that leaves enough effective windows."""
-    low, high = 0.0, 1.0
-    if _effective(cost, high) >= _ENOUGH:
-        return np.exp(-0.5 * cost)
-    for _ in range(_BISECTIONS):
-        power = 0.5 * (low + high)
-        low, high = (power, high) if _effective(cost, power) >= _ENOUGH else (low, power)
-    return np.exp(-0.5 * low * cost)
-
-
-def _effective(cost: np.ndarray, power: float) -> float:
-    weights = np.exp(-0.5 * power * cost)
-    return float(weights.sum() ** 2 / (weights**2).sum())

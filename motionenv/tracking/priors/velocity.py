@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motionenv._core.validation import checked_fps
+from motionenv._core.validation import checked_choice, checked_fps
 from motionenv.body import from_height
 from motionenv.errors import MotionError
 from motionenv.models.motion_tree.features import FPS, turned_towards
 from motionenv.models.motion_tree.model import PARTS
 from motionenv.models.transforms import resample
-from motionenv.tracking.priors.base import Prior, Start
-from motionenv.types import POSE, Motion, Skeleton, frozen
+from motionenv.tracking.priors.base import Prior, Start, deviations
+from motionenv.types import POSE, Motion, Skeleton
 
 #: Standard deviations (25,) of η at 30 frames/s [m/s, rad/s]: root mean squares over 55 walks of 11 people (CMU), equal
 #: for both sides.
@@ -69,9 +69,9 @@ class VelocityPrior(Prior):
         self.fps, self.size, self._part = checked_fps(fps), 0.0, part
         self.skeleton = from_height() if skeleton is None else skeleton
         self.moves = moving_entries(part)
-        change = _checked(CHANGE if change is None else change, "change")
+        change = deviations(CHANGE if change is None else change, "change")
         self._change = change * self.moves * np.sqrt(FPS / self.fps)
-        self._velocity = _checked(VELOCITY if velocity is None else velocity, "velocity") * self.moves
+        self._velocity = deviations(VELOCITY if velocity is None else velocity, "velocity") * self.moves
 
     def __repr__(self) -> str:
         return f"VelocityPrior({self._part}, {self.fps:g} fps)"
@@ -116,13 +116,4 @@ def velocity_change(motions: Iterable[Motion], fps: float = FPS) -> tuple[np.nda
 
 def moving_entries(part: str) -> np.ndarray:
     """Which pose entries (25,) belong to a `part` of the body, a key of `PARTS`; raises MotionError for another."""
-    if part not in PARTS:
-        raise MotionError(f"part must be one of {', '.join(PARTS)}, got {part!r}")
-    return np.isin(np.arange(len(POSE)), PARTS[part])
-
-
-def _checked(deviation, name: str) -> np.ndarray:
-    deviation = frozen(deviation, (len(POSE),), name)
-    if not ((deviation >= 0) & np.isfinite(deviation)).all():
-        raise MotionError(f"{name} must be finite standard deviations of at least 0, got {deviation.min()!r}")
-    return deviation
+    return np.isin(np.arange(len(POSE)), PARTS[checked_choice(part, "part", PARTS)])

@@ -169,10 +169,8 @@ def _frame(movers: list[Mover], active: list[Mover], t: int, image: np.ndarray, 
 def _within(box: np.ndarray, outer: np.ndarray) -> np.ndarray:
     """A box (4,) moved into another; into its middle where it's larger."""
     shift = np.maximum(outer[::2] - box[::2], 0) + np.minimum(outer[1::2] - box[1::2], 0)
-    fits, middle = (
-        box[1::2] - box[::2] <= outer[1::2] - outer[::2],
-        (outer[::2] + outer[1::2] - box[::2] - box[1::2]) / 2,
-    )
+    fits = box[1::2] - box[::2] <= outer[1::2] - outer[::2]
+    middle = (outer[::2] + outer[1::2] - box[::2] - box[1::2]) / 2
     return box + np.repeat(np.where(fits, shift, middle), 2)
 
 

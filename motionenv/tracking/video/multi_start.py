@@ -46,9 +46,8 @@ _KINDS = sorted({limb.removeprefix("left_").removeprefix("right_") for limb in L
 _KIND = np.array([0, *(1 + _KINDS.index(limb.removeprefix("left_").removeprefix("right_")) for limb in LIMBS)])
 
 
-@dataclass(frozen=True, eq=False)
 class Attempt:
-    """One track of a video.
+    """One track of a video of so many `frames`.
 
     Attributes:
         poses: expected poses (T, 25).
@@ -58,11 +57,10 @@ class Attempt:
         starts: start and restarts, by frame.
     """
 
-    poses: np.ndarray
-    particles: np.ndarray
-    effective: np.ndarray
-    overlap: np.ndarray
-    starts: Mapping[int, Start]
+    def __init__(self, frames: int) -> None:
+        self.poses, self.particles = np.empty((frames, 25)), np.empty((frames, _SHOWN, 25))
+        self.effective, self.overlap = np.empty(frames), np.empty(frames)
+        self.starts: dict[int, Start] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,8 +104,8 @@ class MultiStart:
 
     def _attempt(self, given: Mapping[int, Start], tick: Callable[[int], None], done: int) -> Attempt:
         """Track forwards from `begin`, and backwards from there, after `done` frames of other attempts."""
-        record, film = _Record(self.likelihood, self.seen, self.rng), self.seen.foreground
-        starts, lost = {}, 0
+        film, lost = self.seen.foreground, 0
+        made = Attempt(len(film))
         tracks: list[tuple[ParticleFilter, list[int]]] = []  # and the frames that each has followed, in their order
         guided = np.zeros(len(film), dtype=bool) if self.guide is None else self.guide.known
         for i in range(self.begin, len(film)):
@@ -116,11 +114,11 @@ class MultiStart:
                 start = given[i] if i in given else self._start(i)
                 lost = 0
                 if start is not None:
-                    starts[i] = start
+                    made.starts[i] = start
                     tracks.append((self._tracker(start, self._prior(i)), []))
             tracks[-1][1].append(i)
             belief = tracks[-1][0].step(mask=film[i])
-            lost = lost + 1 if record.keep(i, belief) < _LOST else 0
+            lost = lost + 1 if self._keep(made, i, belief) < _LOST else 0
             tick(done + i - self.begin + 1)
             if i == self.begin:
                 there = belief
@@ -129,12 +127,21 @@ class MultiStart:
         tracker = self._tracker(Start(here, np.zeros(len(here)), unknown, SPREAD), self.back)
         tracks.append((tracker, [*range(self.begin - 1, -1, -1)]))
         for i in range(self.begin - 1, -1, -1):
-            record.keep(i, tracker.step(mask=film[i]))
+            self._keep(made, i, tracker.step(mask=film[i]))
             tick(done + len(film) - i)
         for tracker, frames in tracks:
             for i, belief in zip(frames, tracker.smoothed() if tracker.keep and frames else [], strict=False):
-                record.keep(i, belief)
-        return Attempt(record.poses, record.particles, record.effective, record.overlap, starts)
+                self._keep(made, i, belief)
+        return made
+
+    def _keep(self, made: Attempt, i: int, belief: Belief) -> float:
+        """Store the posterior of frame `i`; returns its intersection over union with the foreground."""
+        made.poses[i], made.effective[i] = belief.mean, belief.effective
+        made.particles[i] = belief.poses[systematic(np.exp(belief.log_weights), _SHOWN, self.rng)]
+        body, camera = self.likelihood.skeleton, self.likelihood.camera
+        either, own = overlap(made.poses[i], body, camera, self.seen.foreground[i])
+        made.overlap[i] = own if self.seen.merged[i] else either
+        return either
 
     def _tracker(self, start: Start, prior: Prior) -> ParticleFilter:
         keep = self.smooth and isinstance(prior, FPCAPrior)
@@ -163,25 +170,6 @@ class MultiStart:
             if frame == self.begin:
                 raise
             return None
-
-
-class _Record:
-    """Collects each frame's results."""
-
-    def __init__(self, likelihood: SilhouetteLikelihood, seen: Look, rng: np.random.Generator):
-        frames = len(seen.foreground)
-        self.poses, self.particles = np.empty((frames, 25)), np.empty((frames, _SHOWN, 25))
-        self.effective, self.overlap = np.empty(frames), np.empty(frames)
-        self._likelihood, self._seen, self._rng = likelihood, seen, rng
-
-    def keep(self, i: int, belief: Belief) -> float:
-        """Store the posterior of frame `i`; returns its intersection over union with the foreground."""
-        self.poses[i], self.effective[i] = belief.mean, belief.effective
-        self.particles[i] = belief.poses[systematic(np.exp(belief.log_weights), _SHOWN, self._rng)]
-        body, camera = self._likelihood.skeleton, self._likelihood.camera
-        either, own = overlap(self.poses[i], body, camera, self._seen.foreground[i])
-        self.overlap[i] = own if self._seen.merged[i] else either
-        return either
 
 
 def advantage(one: np.ndarray, other: np.ndarray, likelihood: SilhouetteLikelihood, seen: Look) -> float:
