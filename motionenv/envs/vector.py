@@ -188,7 +188,7 @@ class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
         return tuple(self.world.render(slot, self._estimates[slot]) for slot in range(self.num_envs))
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """What each sub-environment's method or attribute `name` gives, as of `gymnasium.vector.SyncVectorEnv.call`.
+        """What each sub-environment's `name` gives, called with `args` and `kwargs` if it can be, as of Gymnasium's.
 
         Raises:
             AttributeError: a single environment has no such name.

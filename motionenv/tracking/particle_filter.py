@@ -13,7 +13,7 @@ from motionenv.errors import MotionError
 from motionenv.likelihoods.base import Likelihood, apparent, log_nobody
 from motionenv.tracking.priors.base import Prior, SizedPrior, Start, State, systematic
 from motionenv.tracking.priors.fpca import FPCAPrior
-from motionenv.tracking.smoothing import smooth
+from motionenv.tracking.priors.smoothing import smooth
 from motionenv.types import Camera, Skeleton
 
 _BISECTIONS = 30
@@ -169,7 +169,7 @@ class ParticleFilter:
         """Beliefs about the frames since the start given all of them, as `n` equally weighted walkers.
 
         Smaller than the filter's where the future tells more than the past, as about somebody behind things; see
-        `motionenv.tracking.smoothing`.
+        `motionenv.tracking.priors.smoothing`.
 
         Raises:
             MotionError: made without `keep`, or no frame yet.
@@ -209,16 +209,15 @@ class ParticleFilter:
                 self._state = self._shifted_in_depth()
             if self._lost >= _WIDER * self.prior.fps:
                 self._state = self.prior.diffuse(self._state, 1.0, self._rng)
-            recent = round(_RECENT * self.prior.fps)
-            self._lineage = np.concatenate([self._lineage, np.arange(self.n)[None]])[-1 - max(1, recent) :]
+            older = self._lineage[-max(1, round(_RECENT * self.prior.fps)) :]
+            self._lineage = np.concatenate([older, np.arange(self.n)[None]])
         self._began = True
         evidence, lost = self._updated()
         self._lost = self._lost + 1 if lost else 0
         if not (lost or recovered):
             self.likelihood.learn(self._looks(), self._log_weights)
         effective = float(1 / np.exp(2 * self._log_weights).sum())
-        families = np.bincount(self._lineage[0], np.exp(self._log_weights))
-        ancestors = float(1 / (families**2).sum())
+        ancestors = float(1 / (np.bincount(self._lineage[0], np.exp(self._log_weights)) ** 2).sum())
         belief = Belief(self._state, self._log_weights.copy(), effective, ancestors, evidence, lost, recovered)
         if self.keep:
             self._beliefs.append(belief)

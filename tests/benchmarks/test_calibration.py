@@ -52,7 +52,7 @@ def test_levels_are_shares_of_the_belief_below_the_truth():
     logs -= np.logaddexp.reduce(logs)
     truth = np.zeros(25)
     truth[5] = 2 * np.pi  # the same heading
-    found = calibration.levels(Belief(GuidedState(poses, 0), logs, 1.0, 0.0, False), truth, 1.0, camera)
+    found = calibration.levels(Belief(GuidedState(poses, 0), logs, 1.0, 1.0, 0.0, False), truth, 1.0, camera)
     weights = np.exp(logs)
     away = poses[:, 1]  # the camera stands at y = -5 and looks along y
     assert found[0] == pytest.approx(weights[away < 0].sum())

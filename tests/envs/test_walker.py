@@ -43,7 +43,7 @@ def test_on_a_turning_path_walkers_turn():
 #: What is allowed, and what isn't.
 REFUSED = {
     "size must be a whole number of pixels from 36 to 256": [{"size": size} for size in (0, 35, 512, 64.5, "large")],
-    "observation must be one of rgb, mask, depth, or several different ones": [
+    "observation must be one of rgb, mask, depth, joints, or several different ones": [
         {"observation": shown} for shown in ("sound", (), None, 5, [["rgb"]], ("rgb", "rgb"))
     ],
     "camera must be side, front, random,.* or a view angle in degrees": [

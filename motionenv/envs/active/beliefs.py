@@ -1,9 +1,13 @@
 """Where everybody is, given what the camera of ActiveTracking has seen: the estimator that its agents share."""
 
+from typing import Any, cast
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.envs.active.filter_kernel import renew, scatter, share, weigh
 from motionenv.envs.active.scene_kernel import OUTER
+from motionenv.envs.base import Observation
 from motionenv.envs.simulation.marker_world import fourier_walkers
 
 
@@ -26,7 +30,7 @@ class Beliefs:
         seen: (n, people) probability that a person was detected in the last observed frame.
     """
 
-    def __init__(self, env, particles: int = 256, seed: int | None = 0):
+    def __init__(self, env: Any, particles: int = 256, seed: int | None = 0) -> None:
         self._vector, world = hasattr(env, "num_envs"), env.unwrapped.world
         self._env, self._scene, n, k, m = env.unwrapped, world.scene, world.n, world.scene.people, particles
         train = fourier_walkers("train")
@@ -38,14 +42,14 @@ class Beliefs:
     def __repr__(self) -> str:
         return f"Beliefs({self._env!r}, particles={self.particles.shape[2]})"
 
-    def reset(self, observation, began=None) -> None:
+    def reset(self, observation: Observation, began: ArrayLike | None = None) -> None:
         """Forget ended episodes: anybody may be anywhere. `observation` and `began` are as of `Still.reset`."""
         slots = np.arange(len(self._keys)) if began is None else np.flatnonzero(began)
         self._keys[slots], self._time[slots] = self._rng.integers(2**64, size=len(slots), dtype=np.uint64), 0
         self._widths[slots] = OUTER / 2 * self.particles.shape[2] ** (-1 / 6)
         scatter(slots, self._keys, self.batched(observation)["pillars"], self.particles)
 
-    def update(self, observation) -> None:
+    def update(self, observation: Observation) -> None:
         """Take account of an `observation` of the environment, once per frame."""
         seen = self.batched(observation)
         found = self._found(seen)
@@ -61,15 +65,15 @@ class Beliefs:
         self._time += 1
         self.means, self.sigmas, self.seen = sums[..., :2], sums[..., 2], 1 - shares[..., 0]
 
-    def action(self, commands) -> np.ndarray:
+    def action(self, commands: ArrayLike) -> np.ndarray:
         """The environment's action: the beliefs, and `commands` (n, 3), rates of pan, tilt and zoom from -1 to 1."""
         beliefs = np.concatenate([self.means, self.sigmas[..., None]], axis=-1)
         said = np.concatenate([np.reshape(commands, (-1, 3)), beliefs.reshape(len(beliefs), -1)], axis=-1)
         return self._env.action(said if self._vector else said[0])
 
-    def batched(self, observation) -> dict[str, np.ndarray]:
+    def batched(self, observation: Observation) -> dict[str, np.ndarray]:
         """An `observation` of the environment, single or vector, with a leading axis, float64."""
-        rows = {name: np.asarray(value, np.float64) for name, value in observation.items()}
+        rows = {name: np.asarray(value, np.float64) for name, value in cast(dict, observation).items()}
         return rows if self._vector else {name: value[None] for name, value in rows.items()}
 
     def _found(self, seen: dict[str, np.ndarray]) -> np.ndarray:

@@ -134,6 +134,7 @@ class Planner(Still):
     it takes to turn there are tried by a rollout (Bertsekas & Castañon 1999), in which each goal is followed by what is
     then most worthwhile. The rollout knows how the camera turns and blurs, and whom pillars hide; it takes people to
     walk straight on. A new goal is chosen once the last one has been seen, or after `patience` [s].
+    `env`, `seed` and the number of `particles` are as of `Still`.
     """
 
     seconds, step = 3.2, 0.2  # of rollouts, and of their steps [s]

@@ -218,7 +218,7 @@ class FPCAPrior(SizedPrior):
         return self._advanced(state, still, np.random.default_rng(0))
 
     def noise(self, heading: float, depths: float) -> np.ndarray:
-        """Covariance (30 + q, 30 + q) of a step's noise in the variables of `motionenv.tracking.smoothing`.
+        """Covariance (30 + q, 30 + q) of a step's noise in the variables of `motionenv.tracking.priors.smoothing`.
 
         Positions are those of a walker with a `heading` [rad]; `depths` [log] is added to the noise of sizes.
         """
