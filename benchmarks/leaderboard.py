@@ -95,7 +95,7 @@ def results(
                 continue
             if file.exists() and not again:
                 continue
-            runs, frames = [], round(share * (STEPS if "PPO" in name else FRAMES[_family(task)]))
+            runs, frames = [], max(1, round(share * (STEPS if "PPO" in name else FRAMES[_family(task)])))
             for seed in range(seeds if name in TRAINED else 1):
                 make = FIXED[name][0] if name in FIXED else TRAINED[name](task, frames, seed)
                 runs.append({split: score(task, make, episodes, split=split) for split in SPLITS})

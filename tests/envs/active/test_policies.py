@@ -77,10 +77,10 @@ def test_agents_that_follow_one_body_are_refused(agent):
 
 @pytest.mark.slow
 def test_a_planner_beats_the_best_pattern_and_the_greedy_agent():
-    """By a tenth of the range between a still camera and the truth, in Medium, on split "train"."""
+    """By a twentieth of the range between a still camera and the truth, in Medium, on 24 episodes of split "train"."""
     returns = {}
     for agent in (Still, Sweep, Greedy, Planner):
         env = gymnasium.make_vec(TASK, num_envs=24)
         returns[agent] = evaluate(env, agent(env), 24, seed=5).returns.mean()
-    margin = -0.1 * returns[Still]
+    margin = -0.05 * returns[Still]
     assert returns[Planner] > max(returns[Sweep], returns[Greedy]) + margin
