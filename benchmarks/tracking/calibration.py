@@ -18,9 +18,8 @@ in which truths are inside the central 50 % and 90 %, with 95 % intervals over e
 that the last frames' levels, one an episode, fill ten bins equally. Depth is along the ray to the pelvis and sideways
 across it, both on the ground; joints are the 21 angles but the heading; size is the body's.
 
-Ancestors are the effective number 1 / Σ W² of distinct ancestors some frames ago, W being the weight of all particles
-that descend from one. The last table has the share of frames, after the first second and with any N, whose depth is
-inside its 90 % band, by that number.
+The last table has the share of frames, after the first second and with any N, whose depth is inside its 90 % band, by
+`Belief.ancestors`, of which `Belief.reliable` needs three.
 """
 
 from collections.abc import Iterator
@@ -33,7 +32,6 @@ from scipy.stats import chisquare
 
 import motionenv.envs  # noqa: F401 (registers the environments)
 from benchmarks import Arguments
-from benchmarks.tracking.lineage import TracedPrior, distinct
 from benchmarks.tracking.tables import cell, mean
 from motionenv.envs.agents import TrackingAgent, truth_start
 from motionenv.envs.agents.particle_filter import adults_prior
@@ -58,7 +56,6 @@ ANGLES = [i for i in range(3, len(POSE)) if i != HEADING]
 AXES = ("depth", "sideways", "height", "heading", "size", *(POSE[i] for i in ANGLES))
 SHOWN = {name: [AXES.index(name)] for name in AXES[:5]} | {"joints": list(range(5, len(AXES)))}
 SECOND = 30  # frames
-BACK = (4, 9, SECOND - 1)  # frames after which ancestors are counted
 EDGES = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 14.0, 22.0, 40.0, np.inf)
 RANKS, LEAST = 10, 50  # bins of levels, and least number of frames of which a share is told
 FIRST = {"train": 0, "eval": 5000}  # seeds of a split
@@ -102,7 +99,7 @@ def drawn(data: str, n: int, frames: int, seed: int) -> Iterator[tuple[Belief, n
     likelihood = SilhouetteLikelihood(
         camera, prior.skeleton, misses=misses, false_alarms=alarms, effective=None, threads=1
     )
-    tracker = ParticleFilter(TracedPrior(prior, SECOND), likelihood, n, hidden=0.0, seed=rng)
+    tracker = ParticleFilter(prior, likelihood, n, hidden=0.0, seed=rng)
     walker.start(start)
     tracker.start(start)
     for _ in range(frames):
@@ -120,7 +117,7 @@ def rendered(
     env = gymnasium.make(
         "motionenv/WalkerTracking-v1", split=split, observation="mask", actions="metric", horizon=frames - 1
     )
-    prior, start = TracedPrior(adults_prior(FPS), SECOND), truth_start if data == "given" else None
+    prior, start = adults_prior(FPS), truth_start if data == "given" else None
     agent, over = TrackingAgent(env, prior, n, start=start, seed=seed, threads=1), False
     observation, _ = env.reset(seed=seed)
     agent.reset(observation)
@@ -146,10 +143,10 @@ def levels(belief: Belief, pose: np.ndarray, size: float, camera: Camera) -> np.
 
 @dataclass(frozen=True, eq=False)
 class Clips:
-    """Levels (episodes, frames, axes) of truths, and ancestors (episodes, frames) for each of `BACK`."""
+    """Levels (episodes, frames, axes) of truths, and the beliefs' ancestors (episodes, frames)."""
 
     levels: np.ndarray
-    ancestors: dict[int, np.ndarray]
+    ancestors: np.ndarray
 
     def share(self, axis: str, width: float) -> np.ndarray:
         """Share (episodes,) of truths inside the central bands of a width."""
@@ -164,19 +161,18 @@ class Clips:
 
 def record(data: str, n: int, episodes: int, frames: int, split: str) -> Clips:
     """Follow some episodes with `n` particles."""
-    found, ancestors = [], {back: [] for back in BACK}
+    found, ancestors = [], []
     for seed in range(episodes):
         clip = drawn(data, n, frames, seed) if data in RATES else rendered(data, n, frames, split, FIRST[split] + seed)
-        beliefs = [(levels(belief, *truth), *(distinct(belief, back) for back in BACK)) for belief, *truth in clip]
-        found.append([one[0] for one in beliefs])
-        for i, back in enumerate(BACK):
-            ancestors[back].append([one[1 + i] for one in beliefs])
-    return Clips(np.array(found), {back: np.array(numbers) for back, numbers in ancestors.items()})
+        beliefs = [(levels(belief, *truth), belief.ancestors) for belief, *truth in clip]
+        found.append([one for one, _ in beliefs])
+        ancestors.append([number for _, number in beliefs])
+    return Clips(np.array(found), np.array(ancestors))
 
 
-def inside(some: list[Clips], back: int, low: float, high: float) -> str:
+def inside(some: list[Clips], low: float, high: float) -> str:
     """Share of frames after the first second whose depth is inside its 90 % band, and their number."""
-    ancestors = np.concatenate([clips.ancestors[back][:, SECOND:].ravel() for clips in some])
+    ancestors = np.concatenate([clips.ancestors[:, SECOND:].ravel() for clips in some])
     depth = np.concatenate([clips.levels[:, SECOND:, 0].ravel() for clips in some])
     chosen = (ancestors >= low) & (ancestors < high)
     return f"{(np.abs(depth[chosen] - 0.5) < 0.45).mean():.0%} of {chosen.sum():,}" if chosen.sum() >= LEAST else "–"
@@ -203,11 +199,10 @@ def main() -> None:
             print(
                 f"| {data} | {n:,} | p |", " | ".join(f"{clips.uniform(axis):.2g}" for axis in SHOWN), "|", flush=True
             )
-    print("\n| data | frames back |", *(f"{low:g} to {high:g} |" for low, high in pairwise(EDGES)))
-    print("|-|-|" + "-|" * (len(EDGES) - 1))
+    print("\n| data |", *(f"{low:g} to {high:g} |" for low, high in pairwise(EDGES)))
+    print("|-|" + "-|" * (len(EDGES) - 1))
     for data, some in by_data.items():
-        for back in BACK:
-            print(f"| {data} | {back} |", *(inside(some, back, *edges) + " |" for edges in pairwise(EDGES)), flush=True)
+        print(f"| {data} |", *(inside(some, *edges) + " |" for edges in pairwise(EDGES)), flush=True)
 
 
 if __name__ == "__main__":

@@ -143,6 +143,21 @@ def gaussian(clip: Clip, means: list, variances: list, evidence: float = np.nan)
     return Answer(means, norm.cdf((clip.truth - means) / spread), evidence)
 
 
+def followed(clip: Clip, model, smooth: bool, update) -> Answer:
+    """What `model` of filterpy says of a clip: `update(t, points)` corrects it by the points of frame t."""
+    means, variances, evidence = [], [], 0.0
+    for t, points in enumerate(clip.points):
+        if t:
+            model.predict()
+        update(t, points.ravel())
+        evidence += model.log_likelihood
+        means.append(model.x.copy())
+        variances.append(model.P.copy())
+    if smooth:
+        return gaussian(clip, *model.rts_smoother(np.array(means), np.array(variances))[:2])
+    return gaussian(clip, means, variances, evidence)
+
+
 def kalman(clip: Clip, n: int, seed: int, smooth: bool = False) -> Answer:
     from filterpy.kalman import KalmanFilter
 
@@ -151,17 +166,7 @@ def kalman(clip: Clip, n: int, seed: int, smooth: bool = False) -> Answer:
     model.x, model.P = np.zeros(d), np.diag(clip.deviation**2)
     model.F, model.Q, model.R = clip.keep * np.eye(d), clip.change, clip.noise**2 * np.eye(30)
     model.H = clip.slopes(0, np.zeros(d))
-    means, variances, evidence = [], [], 0.0
-    for t, points in enumerate(clip.points):
-        if t:
-            model.predict()
-        model.update(points.ravel() - clip.seen(t, np.zeros((1, d)))[0])
-        evidence += model.log_likelihood
-        means.append(model.x.copy())
-        variances.append(model.P.copy())
-    if not smooth:
-        return gaussian(clip, means, variances, evidence)
-    return gaussian(clip, *model.rts_smoother(np.array(means), np.array(variances))[:2])
+    return followed(clip, model, smooth, lambda t, points: model.update(points - clip.seen(t, np.zeros((1, d)))[0]))
 
 
 def unscented(clip: Clip, n: int, seed: int, smooth: bool = False) -> Answer:
@@ -171,19 +176,8 @@ def unscented(clip: Clip, n: int, seed: int, smooth: bool = False) -> Answer:
     spread = MerweScaledSigmaPoints(d, alpha=0.5, beta=2.0, kappa=3.0 - d)
     model = UnscentedKalmanFilter(d, 30, 1 / FPS, hx=None, fx=lambda x, dt: clip.keep * x, points=spread)
     model.P, model.Q, model.R = np.diag(clip.deviation**2), clip.change, clip.noise**2 * np.eye(30)
-    means, variances, evidence = [], [], 0.0
-    for t, points in enumerate(clip.points):
-        if t:
-            model.predict()
-        else:
-            model.sigmas_f = spread.sigma_points(model.x, model.P)
-        model.update(points.ravel(), hx=lambda x, t=t: clip.seen(t, x[None])[0])
-        evidence += model.log_likelihood
-        means.append(model.x.copy())
-        variances.append(model.P.copy())
-    if not smooth:
-        return gaussian(clip, means, variances, evidence)
-    return gaussian(clip, *model.rts_smoother(np.array(means), np.array(variances))[:2])
+    model.sigmas_f = spread.sigma_points(model.x, model.P)
+    return followed(clip, model, smooth, lambda t, points: model.update(points, hx=lambda x: clip.seen(t, x[None])[0]))
 
 
 def chopin(clip: Clip, n: int, seed: int, how: str) -> Answer:

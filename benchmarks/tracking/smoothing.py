@@ -16,7 +16,7 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 
 from benchmarks import Arguments, headline
-from benchmarks.tracking.episode import TRACKERS, Task, first, seen
+from benchmarks.tracking.episode import TRACKERS, Task, first, rates, seen
 from benchmarks.tracking.people import read_people
 from benchmarks.tracking.tables import ratio
 from motionenv.body import markers
@@ -25,8 +25,11 @@ from motionenv.tracking import ParticleFilter
 from motionenv.tracking.priors.base import systematic
 
 FRAMES, DRAWN = 60, 200
-ROWS = {"in full view": {}, "hidden for 10 frames": {"hidden": (20, 30)}, "three occluders": {"occluders": 3}}
-BEHIND = {"misses": 0.49, "false_alarms": 0.02}
+ROWS = {
+    "in full view": {},
+    "hidden for 10 frames": {"hidden": (20, 30)},
+    "three occluders": {"occluders": 3, "doubts": True},
+}
 
 HEAD = (
     "| person | filtered [mm] | smoothed [mm] | smoothed / filtered | distance in its band: filtered, smoothed | "
@@ -38,7 +41,7 @@ def play(task: Task) -> np.ndarray:
     """Error [m], and shares of distances and of coordinates in their bands, (2, 3): filtered, and smoothed."""
     episode = seen(task)
     body, camera = episode.truths[0]["skeleton"], episode.truths[0]["camera"]
-    likelihood = SilhouetteLikelihood(camera, body, threads=1, **(BEHIND if task.occluders else {}))
+    likelihood = SilhouetteLikelihood(camera, body, threads=1, **rates(task))
     tracker = ParticleFilter(TRACKERS["fpca"].prior(task, body), likelihood, task.n, keep=True, seed=task.seed)
     tracker.start(first(task, episode, likelihood))
     filtered = [tracker.step(**observation) for observation in episode.observations]

@@ -5,44 +5,10 @@ import pytest
 from scipy.stats import kstest, multivariate_normal, norm
 
 from benchmarks.tracking import calibration, peers
-from benchmarks.tracking.lineage import TracedPrior, distinct
 from motionenv.envs.agents.particle_filter import adults_prior
-from motionenv.likelihoods import SilhouetteLikelihood
-from motionenv.render import Raycaster
 from motionenv.render.cameras import view
 from motionenv.tracking import Belief, ParticleFilter
 from motionenv.tracking.priors.guided import GuidedState
-
-
-def test_tracing_changes_nothing_and_finds_the_ancestors():
-    prior, camera, rng = adults_prior(30.0), view(0.0, distance=7.0, width=48, height=48), np.random.default_rng(0)
-    start = calibration.wide_start(prior, rng)
-    likelihood = SilhouetteLikelihood(camera, prior.skeleton, threads=1)
-    traced = ParticleFilter(TracedPrior(prior, 5), likelihood, 40, seed=1)
-    plain = ParticleFilter(prior, likelihood, 40, seed=1)
-    drawn = []  # the indices of every frame's resampling
-    resample = traced._resample
-
-    def remembered():
-        drawn[-1] = resample()
-        return drawn[-1]
-
-    traced._resample = remembered
-    for tracker in (traced, plain):
-        tracker.start(start)
-    mask = Raycaster(threads=1).render(start.poses[0], prior.skeleton, camera).limbs > 0
-    for _ in range(12):
-        drawn.append(np.arange(40))
-        belief, other = traced.step(mask=mask), plain.step(mask=mask)
-        np.testing.assert_array_equal(belief.poses, other.poses)
-        np.testing.assert_array_equal(belief.log_weights, other.log_weights)
-    assert sum(len(np.unique(which)) < 40 for which in drawn) > 3
-    back, weights = np.arange(40), np.exp(belief.log_weights)
-    for k in range(1, 6):
-        back = drawn[-k][back]
-        np.testing.assert_array_equal(belief.state.ancestors[:, k], back)
-        shares = [weights[back == one].sum() for one in range(40)]
-        assert distinct(belief, k) == pytest.approx(1 / np.sum(np.square(shares)))
 
 
 def test_levels_are_shares_of_the_belief_below_the_truth():
