@@ -121,8 +121,7 @@ def track(
     points = _detections(video, detections, detect, weights, seconds)
     film = Film(video, fps, seconds, background, areas["region"], points)
     choice = {"height": height, "box": areas["box"], "point": areas["point"], "at": at}
-    choice |= {"attempts": 4 if attempts is None else attempts, "particles": particles, "seed": seed}
-    choice["smooth"] = smooth
+    choice |= {"attempts": 4 if attempts is None else attempts, "particles": particles, "smooth": smooth, "seed": seed}
     people = _people(film, person)
     lost = [
         _track_video(film, camera, which, _made(tracker or "fpca", model), choice | {"person": number}, *files)
@@ -383,7 +382,7 @@ class _Episode:
 
     def smoothed(self, poses: np.ndarray, drawn: list, errors: np.ndarray) -> tuple[np.ndarray, list, np.ndarray]:
         """The poses (frames, 25), drawn poses and errors [m] that were filtered, smoothed since the track began."""
-        ((*beliefs,),) = self.agent.smoothed()
+        (beliefs,) = self.agent.smoothed()
         first = len(poses) - len(beliefs)
         joints = np.array([belief.expected_joints(self.skeleton) for belief in beliefs])
         true = np.array([truth["joints"] for truth in self.truths[first:]])

@@ -83,8 +83,8 @@ class TrackingAgent:
         threads: int | None = None, resample: float = 0.5, layers: int = 1, hidden: float = 0.02, keep: bool = False,
     ) -> None:  # fmt: skip
         self._actions = Actions(env)
-        if self._actions.points:
-            raise MotionError("TrackingAgent follows people in pictures: use WalkerTracking or ArmTracking")
+        if self._actions.points or self._actions.names == ["joints"]:
+            raise MotionError("TrackingAgent follows people in pictures: use WalkerTracking or ArmTracking that shows some")
         if self._actions.arm and start is None:
             raise MotionError(
                 "an arm's first pose can't be found: give start, such as motionenv.envs.agents.truth_start"

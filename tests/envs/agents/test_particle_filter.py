@@ -113,8 +113,9 @@ def test_follows_an_arm():
 
 
 def test_refuses_what_it_cannot_play():
-    with pytest.raises(MotionError, match="use WalkerTracking or ArmTracking"):
-        TrackingAgent(MarkerTracking())
+    for env in (MarkerTracking(), WalkerTracking(observation="joints")):
+        with pytest.raises(MotionError, match="use WalkerTracking or ArmTracking"):
+            TrackingAgent(env)
     with pytest.raises(MotionError, match="start"):
         TrackingAgent(ArmTracking())
     with pytest.raises(MotionError, match="begun"):
