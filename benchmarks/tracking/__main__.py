@@ -75,10 +75,7 @@ def body(people: People, count: int) -> list[Row]:
 
 
 def occlusion(people: People, count: int) -> list[Row]:
-    """60 frames, with the person invisible in frames 20 to 29, or behind three occluders (paper A, fig. 11).
-
-    "Doubting" likelihoods have the rates of misses and false alarms of people of whom things hide a part.
-    """
+    """60 frames, nobody in frames 20 to 29, or three occluders, also with rates that doubt (paper A, fig. 11)."""
     hidden, behind = episodes(people, count, 60, hidden=HIDDEN), episodes(people, count, 60, occluders=3)
     trackers, doubts = [("fpca", 10_000), ("annealed", 1000)], [replace(task, doubts=True) for task in behind]
     kinds = [("hidden for 10 frames", hidden, trackers), ("three occluders", behind, trackers),

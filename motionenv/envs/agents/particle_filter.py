@@ -84,7 +84,7 @@ class TrackingAgent:
     ) -> None:  # fmt: skip
         self._actions = Actions(env)
         if self._actions.points or self._actions.names == ["joints"]:
-            raise MotionError("TrackingAgent follows people in pictures: use WalkerTracking or ArmTracking that shows some")
+            raise MotionError("TrackingAgent follows people in pictures: use WalkerTracking or ArmTracking with some")
         if self._actions.arm and start is None:
             raise MotionError(
                 "an arm's first pose can't be found: give start, such as motionenv.envs.agents.truth_start"
