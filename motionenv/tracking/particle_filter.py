@@ -64,9 +64,9 @@ class Belief:
     def reliable(self) -> bool:
         """Whether bands made of the particles can be expected to hold: enough ancestors, and not lost.
 
-        With fewer than three effective ancestors, 90 % bands of the depth of walkers that were found hold the truth in 74
-        to 88 % of frames, with more in 92 to 100 % (`motionenv bench tracking.calibration`). Errors shared by all
-        particles aren't seen, such as a wrong body's: of a pose that was given, bands hold 53 to 73 % with more, too.
+        With fewer than three effective ancestors, 90 % bands of the depth of walkers who were found hold the truth in
+        74 to 88 % of frames, with more in 92 to 100 % (`motionenv bench tracking.calibration`). Errors shared by all
+        particles aren't seen, such as a wrong body's: after a given start, bands hold 53 to 73 % with more, too.
         """
         return self.ancestors >= _FEW and not self.lost
 
