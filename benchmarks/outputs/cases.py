@@ -200,7 +200,7 @@ def _fitted_walking() -> Any:
 @output("tree samples, exact", method="exact")
 @output("tree samples, exact, carried, noise", method="exact", carry=True, noise=0.5, temperature=1.0)
 def _samples(**how) -> Any:
-    drawn = tree().sample(walk().poses, n=40, seed=1, probability=True, **{"temperature": 0.2} | how)
+    drawn = tree().sample(walk().poses, n=40, seed=1, **{"temperature": 0.2} | how)
     return [drawn, tree().source(drawn.windows), tree().leaf(drawn.windows)]
 
 

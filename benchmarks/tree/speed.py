@@ -57,10 +57,9 @@ def fitted(clips: list[Clip], n: int, splits: str = "sign") -> tuple[MotionTree,
 def draws_per_second(model: MotionTree, probes: np.ndarray, method: str, **settings) -> float:
     """Draws per second of `model` for `probes`."""
     beta, leaf = settings.get("beta", AS_TOLD), settings.get("leaf", "uniform")
-    count = settings.get("count", 1)
-    call = lambda: model.draw(probes, count, beta, 1, method, leaf, False)
+    call = lambda: model.draw(probes, 1, beta, 1, method, leaf)
     call()
-    return count * len(probes) / shortest(call, 5)
+    return len(probes) / shortest(call, 5)
 
 
 def of_size(clips: list[Clip], histories_: np.ndarray, n: int, most: int = 10_000) -> dict[str, float]:
@@ -77,13 +76,7 @@ def of_size(clips: list[Clip], histories_: np.ndarray, n: int, most: int = 10_00
     found["kernel leaf"] = draws_per_second(model, probes, "tree", leaf="kernel")
     many = max(min(128, most), min(most, int(2e8 / n)))  # probes for the slow methods, to take about a second
     found["exact"] = draws_per_second(model, probes[:many], "exact")
-    z = model.index_.coefficients(np.arange(n))
-    near = z[np.random.default_rng(1).integers(n, size=many)] + 0.1 * np.random.default_rng(2).normal(
-        size=(many, found["b"])
-    )
-    found["exact, near"] = draws_per_second(model, near.astype(np.float32), "exact")
-    found["exact, 300 each"] = draws_per_second(model, probes[: max(many // 30, 16)], "exact", count=300)
-    found |= brute_force(z, probes[:many])
+    found |= brute_force(model.index_.coefficients(np.arange(n)), probes[:many])
     return found
 
 
@@ -102,8 +95,8 @@ def brute_force(z: np.ndarray, probes: np.ndarray) -> dict[str, float]:
 
 def by_temperature(clips: list[Clip], histories_: np.ndarray, most: int) -> None:
     """Print draws per second at several temperatures, for the capture without variants."""
-    print("\n| β (n ≈ 40,000, 10,000 probes) | tree, uniform leaf | tree, median splits | tree, kernel leaf | exact |")
-    print("|-|-|-|-|-|")
+    print("\n| β (n ≈ 40,000, 10,000 probes) | tree, uniform leaf | tree, median splits | tree, kernel leaf |")
+    print("|-|-|-|-|")
     model, median = (
         MotionTree().fit_database(build_database(clips)),
         MotionTree(splits="median").fit_database(build_database(clips)),
@@ -114,7 +107,6 @@ def by_temperature(clips: list[Clip], histories_: np.ndarray, most: int) -> None
             draws_per_second(model, probes, "tree", beta=beta),
             draws_per_second(median, probes, "tree", beta=beta),
             draws_per_second(model, probes, "tree", beta=beta, leaf="kernel"),
-            draws_per_second(model, probes, "exact", beta=beta),
         ]
         print(f"| {beta:g} | {' | '.join(f'{r:,.0f}' for r in rates)} |", flush=True)
 
@@ -125,9 +117,7 @@ def tables(rows: list[dict[str, float]]) -> None:
         "tree 300": "tree, 300 probes",
         "tree 10000": "tree, 10,000 probes",
         "kernel leaf": "tree, kernel leaf, 10,000 probes",
-        "exact": "exact",
-        "exact, near": "exact, probes 0.1 σ from windows",
-        "exact, 300 each": "exact, 300 draws a probe",
+        "exact": "exact: brute force in double precision",
         "compiled": "brute force, BLAS and compiled exponentials",
         "numpy": "brute force, NumPy",
         "cKDTree": "cKDTree, 32 neighbours (search only)",
@@ -136,9 +126,9 @@ def tables(rows: list[dict[str, float]]) -> None:
     print(f"| draws per second | {' | '.join(heads)} |\n|-|{'-|' * len(rows)}")
     for key, name in shown.items():
         print(f"| {name} | {' | '.join(f'{r[key]:,.0f}' for r in rows)} |")
-    for ours in ("tree 10000", "exact", "exact, near"):
-        for peer in ("compiled", "numpy", "cKDTree"):
-            print(f"| {shown[ours]} / {shown[peer]} | {' | '.join(f'**{r[ours] / r[peer]:,.1f}×**' for r in rows)} |")
+    for peer in ("compiled", "numpy", "cKDTree"):
+        ratios = [f"**{r['tree 10000'] / r[peer]:,.1f}×**" for r in rows]
+        print(f"| {shown['tree 10000']} / {shown[peer]} | {' | '.join(ratios)} |")
     print("\n| windows | database from clips, s | fit, s | data, MB | peak, MB | (peak - data) / data |\n|-|-|-|-|-|-|")
     for r in rows:
         above = (r["highest"] - r["data"]) / r["data"]
@@ -152,7 +142,7 @@ def plot(rows: list[dict[str, float]], path: Path) -> None:
 
     figure = Figure(figsize=(6, 4), dpi=120, layout="constrained")
     axes = figure.subplots()
-    for key in ("tree 10000", "tree 300", "kernel leaf", "exact, near", "exact", "compiled", "numpy", "cKDTree"):
+    for key in ("tree 10000", "tree 300", "kernel leaf", "exact", "compiled", "numpy", "cKDTree"):
         axes.loglog([r["n"] for r in rows], [r[key] for r in rows], "o-", label=key)
     axes.set(xlabel="windows n", ylabel="draws per second")
     axes.legend(frameon=False, fontsize="small")

@@ -63,7 +63,7 @@ def _samples(tree: Any, asked: SamplesRequest, seed: int) -> bytes:
     before = history(tree, asked.start, seed=rng) if asked.history is None else np.array(asked.history)
     drawn = tree.sample(
         before, asked.n, temperature=asked.temperature, seed=rng, method=asked.method, carry=asked.carry,
-        noise=asked.noise, probability=True,
+        noise=asked.noise,
     )  # fmt: skip
     clip = tree.source(drawn.windows)
     names = tree.database_.clips

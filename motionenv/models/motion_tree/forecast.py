@@ -21,8 +21,7 @@ from motionenv._core.representation import OneLine
 from motionenv.models.motion_tree.database import Database
 from motionenv.models.motion_tree.feature_kernels import parameters_at
 from motionenv.models.motion_tree.features import FPS, local, turned_towards
-from motionenv.models.motion_tree.search.kernel_index import KernelIndex
-from motionenv.models.motion_tree.search.kernel_index_kernels import BLOCK
+from motionenv.models.motion_tree.search.exact import BLOCK, ExactSampler
 
 _TEMPERATURE = 0.05  # at which neighbours are drawn
 _PROBES, _KNOWN, _DRAWS = 2000, 200_000, 8  # query windows, windows searched, neighbours of each query
@@ -74,8 +73,7 @@ def fit_forecast(database: Database, coefficients: np.ndarray) -> Forecast:
     asked = asked[np.linspace(0, len(asked) - 1, min(_PROBES, len(asked))).astype(int)] if len(asked) else known
     rows = np.zeros((-(-len(known) // BLOCK) * BLOCK, coefficients.shape[1]), dtype=np.float32)
     rows[: len(known)] = coefficients[known]
-    order = np.arange(len(known), dtype=np.int32)
-    drawn = order[KernelIndex.build(rows, order).draw(coefficients[asked], _DRAWS, _TEMPERATURE, key=0)]
+    drawn, _ = ExactSampler.build(rows, len(known)).draw(coefficients[asked], _DRAWS, _TEMPERATURE, key=0)
     here, truth = steps(database, frames[asked])
     now, after = steps(database, frames[known][drawn])
     difference = _difference(here[:, None], now)

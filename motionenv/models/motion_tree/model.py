@@ -25,8 +25,7 @@ from motionenv.models.motion_tree.database import Clip, Database, History, Recen
 from motionenv.models.motion_tree.features import FPS, PARTS, placed
 from motionenv.models.motion_tree.forecast import fit_forecast, following, steps
 from motionenv.models.motion_tree.search.basis import fit_basis, project
-from motionenv.models.motion_tree.search.kernel_index import KernelIndex
-from motionenv.models.motion_tree.search.kernel_index_kernels import BLOCK
+from motionenv.models.motion_tree.search.exact import BLOCK, ExactSampler
 from motionenv.models.motion_tree.search.tree import LEAVES, METHODS, SPLITS, CoefficientTree
 from motionenv.models.motion_tree.serialization import pack, unpack
 from motionenv.models.motion_tree.synthesis.generator import MotionGenerator, Options, start_window
@@ -45,13 +44,12 @@ class Samples(OneLine):
     Attributes:
         poses: (..., n, 25) [m, rad], in the world of the history.
         windows: (..., n) indices of the drawn windows; `MotionTree.frames_[windows]` is the last frame of each.
-        log_probability: (..., n) log-probability of each drawn window, for "exact" up to 0.01 too high; None for
-            "exact" without `probability=True`.
+        log_probability: (..., n) log-probability of each drawn window.
     """
 
     poses: np.ndarray
     windows: np.ndarray
-    log_probability: np.ndarray | None
+    log_probability: np.ndarray
 
 
 class MotionTree(GaitModel):
@@ -65,7 +63,7 @@ class MotionTree(GaitModel):
         database_: the `Database`.
         basis_: the `Basis` of its windows.
         frames_: (n,) last frame of each window.
-        index_: the windows' coefficients in a kd-tree.
+        index_: the windows' coefficients, and exact draws.
         descent_: the paper's tree.
         forecast_: prediction of the pose after a window.
         card_: the model card.
@@ -112,9 +110,8 @@ class MotionTree(GaitModel):
         if not all(np.isfinite(rows[i : min(i + _CHUNK, n)]).all() for i in range(0, n, _CHUNK)):
             raise MotionError("the database's poses must be finite: build_database leaves out frames with gaps")
         self.forecast_ = fit_forecast(database, rows[:n])
-        order = np.arange(n, dtype=np.int32)
-        self.index_ = KernelIndex.build(rows, order)
-        self.frames_ = database.windows[order]
+        self.index_ = ExactSampler.build(rows, n)
+        self.frames_ = database.windows
         self.descent_ = CoefficientTree.build(self.index_.blocks, self.index_.n, self.splits)
         self.activities = tuple(sorted(set(database.activities)))
         return self
@@ -134,7 +131,7 @@ class MotionTree(GaitModel):
 
     def sample(
         self, history: History, n: int = 1, *, temperature: float = 0.05, seed: int | np.random.Generator | None = None,
-        method: str = "tree", leaf: str = "uniform", noise: float = 0.0, carry: bool = False, probability: bool = False,
+        method: str = "tree", leaf: str = "uniform", noise: float = 0.0, carry: bool = False,
     ) -> Samples:  # fmt: skip
         """Draw samples of the next pose.
 
@@ -148,7 +145,6 @@ class MotionTree(GaitModel):
             noise: standard deviation of Gaussian noise on the poses, as a factor on the predictions' RMS error.
             carry: add a share of the difference between history and window (`motionenv.models.motion_tree.forecast`);
                 False takes the pose after the window, as the paper does.
-            probability: also return log-probabilities; for "exact" this costs a sum over the neighbourhood.
 
         Raises:
             MotionError: an invalid history (see `coefficients`), or an option out of range.
@@ -161,7 +157,7 @@ class MotionTree(GaitModel):
         flat = probes.reshape(-1, probes.shape[-1])
         rng = random_generator(seed)
         key = int(rng.integers(2**64, dtype=np.uint64))
-        windows, log_probability = self.draw(flat, n, temperature, key, method, leaf, probability)
+        windows, log_probability = self.draw(flat, n, temperature, key, method, leaf)
         windows = windows.reshape(*probes.shape[:-1], n)
         if carry:
             now, after = steps(self.database_, self.frames_[windows])
@@ -171,18 +167,16 @@ class MotionTree(GaitModel):
         if noise > 0:
             deviation = self.forecast_.deviation if carry else self.forecast_.plain_deviation
             after = after + noise * deviation * rng.standard_normal(after.shape)
-        if log_probability is not None:
-            log_probability = log_probability.reshape(windows.shape)
-        return Samples(self._poses(recent, after), windows, log_probability)
+        return Samples(self._poses(recent, after), windows, log_probability.reshape(windows.shape))
 
     def draw(
-        self, probes: np.ndarray, n: int, temperature: float, key: int, method: str, leaf: str, probability: bool
-    ) -> tuple[np.ndarray, np.ndarray | None]:
-        """Draw windows (B, n) for each of the coefficients `probes`; return them and their log-probabilities or None.
+        self, probes: np.ndarray, n: int, temperature: float, key: int, method: str, leaf: str
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Draw windows (B, n) for each of the coefficients `probes`; return them and their log-probabilities.
 
         Args:
             probes: (B, b) float32, from `coefficients`.
-            n, temperature, method, leaf, probability: see `sample`.
+            n, temperature, method, leaf: see `sample`.
             key: whole number that seeds the draws.
 
         Raises:
@@ -197,11 +191,7 @@ class MotionTree(GaitModel):
         probes, temperature = self.index_.checked(probes, temperature)
         if method == "tree":
             return self.descent_.draw(probes, n, temperature, key, leaf, self.index_.blocks)
-        windows = self.index_.draw(probes, n, temperature, key)
-        if not probability:
-            return windows, None
-        total = self.index_.log_normaliser(probes, temperature)
-        return windows, self.index_.log_kernel(probes, windows, temperature) - total[:, None]
+        return self.index_.draw(probes, n, temperature, key)
 
     def components(self) -> Components:
         """No components: the database isn't a linear model."""

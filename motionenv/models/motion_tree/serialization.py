@@ -11,8 +11,7 @@ from motionenv.models.motion_tree.database import Database
 from motionenv.models.motion_tree.features import WINDOW
 from motionenv.models.motion_tree.forecast import Forecast
 from motionenv.models.motion_tree.search.basis import Basis
-from motionenv.models.motion_tree.search.kernel_index import KernelIndex
-from motionenv.models.motion_tree.search.kernel_index_kernels import BLOCK, FAN, first_groups
+from motionenv.models.motion_tree.search.exact import BLOCK, ExactSampler
 from motionenv.models.motion_tree.search.tree import CoefficientTree
 from motionenv.models.motion_tree.search.tree_kernels import NODE, is_whole
 from motionenv.types import Skeleton
@@ -20,7 +19,7 @@ from motionenv.types import Skeleton
 if TYPE_CHECKING:
     from motionenv.models.motion_tree.model import MotionTree
 
-_PARTS = {"basis": Basis, "index": KernelIndex, "descent": CoefficientTree, "forecast": Forecast}
+_PARTS = {"basis": Basis, "index": ExactSampler, "descent": CoefficientTree, "forecast": Forecast}
 _LABELS = ("clips", "activities", "persons")
 
 
@@ -54,7 +53,8 @@ def unpack(tree: "MotionTree", arrays: dict[str, np.ndarray], meta: dict) -> Non
     try:
         tree.database_ = _database(arrays, meta)
         for name, kind in _PARTS.items():
-            own = {key.removeprefix(f"{name}_"): value for key, value in arrays.items() if key.startswith(f"{name}_")}
+            known = {f"{name}_{field.name}": field.name for field in fields(kind)}  # files of older versions have more
+            own = {known[key]: value for key, value in arrays.items() if key in known}
             if name == "descent":
                 own["nodes"] = own["nodes"].view(NODE)[:, 0]
             setattr(tree, f"{name}_", kind(**own, **meta[name]))
@@ -70,7 +70,6 @@ def _misshapen(tree: "MotionTree") -> str:
     """Message about the arrays of `tree` with inconsistent shapes or types; empty if there are none."""
     database, basis, index, descent = tree.database_, tree.basis_, tree.index_, tree.descent_
     n, b, p, sequences = len(tree.frames_), len(basis.deviation), len(basis.channels), len(database.clips)
-    levels, first = first_groups(n)
     expected = {
         "frames": (tree.frames_, (n,), "i4"),
         "database_poses": (database.poses, (len(database.poses), 25), "f4"),
@@ -82,7 +81,6 @@ def _misshapen(tree: "MotionTree") -> str:
         "basis_components": (basis.components, (b, WINDOW, p), "f8"),
         "basis_centre": (basis.centre, (WINDOW, p), "f8"),
         "index_blocks": (index.blocks, (-(-n // BLOCK), b, BLOCK), "f4"),
-        "index_boxes": (index.boxes, (first[levels], 2, FAN, -(-b // 8) * 8), "f4"),
         "descent_starts": (descent.starts, (len(descent.nodes) + 2,), "i4"),
         "descent_members": (descent.members, (n,), "i4"),
         **{

@@ -121,7 +121,7 @@ class TreePrior(Prior):
         probes = np.empty((len(state.poses), len(self._offset)), dtype=np.float32)
         kernels.coefficients_of(state.history, self._weights, self._offset, probes)
         key = int(rng.integers(2**64, dtype=np.uint64))
-        windows, _ = tree.draw(probes, 1, self._temperature, key, self._method, self._leaf, False)
+        windows, _ = tree.draw(probes, 1, self._temperature, key, self._method, self._leaf)
         now, after = steps(tree.database_, tree.frames_[windows[:, 0]])
         share = tree.forecast_
         history, poses = np.empty_like(state.history), np.empty_like(state.poses)

@@ -39,7 +39,7 @@ def test_at_low_temperature_a_window_of_the_database_goes_on_as_it_did(tree, dat
 
 
 def test_said_probabilities_of_exact_draws_are_those_of_the_formula(tree, stranger):
-    drawn = tree.sample(stranger, 30, temperature=0.3, seed=2, method="exact", probability=True)
+    drawn = tree.sample(stranger, 30, temperature=0.3, seed=2, method="exact")
     every = tree.index_.coefficients(np.arange(len(tree.frames_))).astype(float)
     wanted = softmax(-0.5 * ((every - tree.coefficients(stranger)) ** 2).sum(1) / 0.3)
     np.testing.assert_allclose(np.exp(drawn.log_probability), wanted[drawn.windows], rtol=0.011)
@@ -115,7 +115,7 @@ def test_options_are_checked_whatever_the_method(tree, stranger):
     with pytest.raises(MotionError, match="leaf must be"):
         tree.sample(stranger, method="exact", leaf="kernle")
     with pytest.raises(MotionError, match="method must be"):
-        tree.draw(tree.coefficients(stranger)[None], 1, 0.1, 0, "exakt", "uniform", False)
+        tree.draw(tree.coefficients(stranger)[None], 1, 0.1, 0, "exakt", "uniform")
     with pytest.raises(MotionError, match="history must be numeric"):
         tree.sample("walk")
 
@@ -144,7 +144,7 @@ def test_draws_that_make_no_sense_are_refused(tree, stranger, method, change, sa
     if isinstance(bad := change.get("probes"), float):
         change = {"probes": np.full_like(right["probes"], bad)}
     with pytest.raises(MotionError, match=says):
-        tree.draw(**(right | change), method=method, probability=False)
+        tree.draw(**(right | change), method=method)
 
 
 def test_a_single_window_is_a_database_too(stranger):
@@ -153,7 +153,7 @@ def test_a_single_window_is_a_database_too(stranger):
     assert 0 <= tree.basis_.share <= 1
     again = MotionTree.from_arrays(*tree.to_arrays())
     np.testing.assert_allclose(again.sample(stranger, 3, noise=0).log_probability, 0.0, atol=1e-12)
-    drawn = tree.sample(stranger, 3, seed=1, method="exact", probability=True)
+    drawn = tree.sample(stranger, 3, seed=1, method="exact")
     assert (drawn.windows == 0).all()
     np.testing.assert_allclose(drawn.log_probability, 0, atol=0.01)
     step = parameters(stranger.poses)[10, :25]

@@ -32,7 +32,7 @@ def walk():
 @pytest.mark.parametrize("method", ["tree", "exact"])
 def test_samples_are_those_of_the_tree(asking, tree, walk, method):
     told = asking(history=walk.tolist(), n=50, seed=7, temperature=0.2, method=method, carry=True).json()
-    drawn = tree.sample(walk, 50, seed=7, temperature=0.2, method=method, carry=True, probability=True)
+    drawn = tree.sample(walk, 50, seed=7, temperature=0.2, method=method, carry=True)
     assert told["poses"] == drawn.poses.tolist()
     assert told["windows"] == drawn.windows.tolist()
     np.testing.assert_allclose(told["probabilities"], np.exp(drawn.log_probability), rtol=1e-12)

@@ -3,15 +3,7 @@
 import numpy as np
 
 from motionenv._core.compilation import kernel
-from motionenv.models.motion_tree.search.kernel_index_kernels import (
-    BLOCK,
-    FAN,
-    box_distances,
-    first_groups,
-    leaf_distances,
-    push,
-    scratch,
-)
+from motionenv.models.motion_tree.search.exact import BLOCK, squared_distances
 
 _HOPELESS = 1e3  # cost of a dead end
 
@@ -59,43 +51,23 @@ def _carry_back(starts, place, way_out, toll, discount, cost):
 
 
 @kernel
-def nearest_elsewhere(blocks, boxes, n, frames, asked, apart, found, distances):
+def nearest_elsewhere(blocks, frames, asked, apart, found, distances):
     """Find the nearest windows elsewhere for each of the positions `asked` (m,): `found` (m, k), nearest first.
 
     Windows elsewhere are more than `apart` frames away. Of windows within `apart` frames of each other, only the
     nearest is kept. `distances` (m, k) are squared, and infinite if there are fewer than k.
     """
-    work = scratch(n, boxes.shape[3])
+    away, probe = np.empty(BLOCK, np.float32), np.empty(blocks.shape[1], np.float32)
     for a in range(len(asked)):
+        here = asked[a]
         found[a], distances[a] = 0, np.inf
-        _search(blocks, boxes, n, frames, asked[a], apart, found[a], distances[a], work)
-
-
-@kernel
-def _search(blocks, boxes, n, frames, here, apart, found, distances, work):
-    probe, row, stack, bounds = work[:4]
-    away = work[5][0]
-    levels, first = first_groups(n)
-    probe[: blocks.shape[1]] = blocks[here // BLOCK, :, here % BLOCK]
-    stack[0, 0], stack[0, 1] = levels - 1, 0
-    top = 1
-    while top > 0:
-        top -= 1
-        level, node = stack[top]
-        if level < 0:
-            leaf_distances(blocks, node, probe, away)
-            _take(FAN * node, n, away, frames, here, apart, found, distances)
-        else:
-            box_distances(boxes, first[level] + node, probe, row)
-            top = push(row, level, node, distances[-1], stack, bounds, top)
-
-
-@kernel
-def _take(first, n, away, frames, here, apart, found, distances):
-    """Insert the points of a leaf from position `first` on, at squared distances `away` (16,), that are near enough."""
-    for i in range(min(FAN, n - first)):
-        if away[i] < distances[-1] and abs(frames[first + i] - frames[here]) > apart:
-            _insert(first + i, away[i], frames, apart, found, distances)
+        probe[:] = blocks[here // BLOCK, :, here % BLOCK]
+        for j in range(len(blocks)):
+            if squared_distances(blocks[j], probe, away) >= distances[a, -1]:
+                continue
+            for i in range(BLOCK):
+                if away[i] < distances[a, -1] and abs(frames[BLOCK * j + i] - frames[here]) > apart:
+                    _insert(BLOCK * j + i, away[i], frames, apart, found[a], distances[a])
 
 
 @kernel

@@ -13,18 +13,17 @@ from motionenv.models.motion_tree.feature_kernels import (
     placed_pose,
     turned_towards,
 )
-from motionenv.models.motion_tree.search import kernel_index_kernels as index_kernels
-from motionenv.models.motion_tree.search import tree_kernels
+from motionenv.models.motion_tree.search import exact, tree_kernels
 from motionenv.models.motion_tree.synthesis._footing_kernels import keep_footing
 
-#: A tree as input of the loop. blocks, boxes, n, scratch: the exact sampler. nodes, leaves, members, leaf_weights: the
-#: paper's search. Windows by position: frames, turn, speed, activity (n,), ground (n, 3), and cost and way_out
-#: (courses, n), of which those of `_course` count, see `future_cost.FutureCost`; place (frames,): position of the
-#: window that ends at a frame, or -1. Projection: channels (p,), weights (10, p, b), offset (b,). owns (25,): mask of
-#: the pose entries that the tree predicts.
+#: A tree as input of the loop. blocks, kernels, sums: points and scratch of exact draws. nodes, leaves, members,
+#: leaf_weights: the paper's search. Windows by position: frames, turn, speed, activity (n,), ground (n, 3), and cost
+#: and way_out (courses, n), of which those of `_course` count, see `future_cost.FutureCost`; place (frames,): position
+#: of the window that ends at a frame, or -1. Projection: channels (p,), weights (10, p, b), offset (b,). owns (25,):
+#: mask of the pose entries that the tree predicts.
 Source = namedtuple(
     "Source",
-    ["blocks", "boxes", "n", "scratch", "nodes", "leaves", "members", "leaf_weights", "frames", "cost", "turn", "speed",
+    ["blocks", "kernels", "sums", "nodes", "leaves", "members", "leaf_weights", "frames", "cost", "turn", "speed",
      "activity", "way_out", "ground", "place", "channels", "weights", "offset", "owns"],
 )  # fmt: skip
 
@@ -194,8 +193,8 @@ def _asked(settings, state):
 def _draw(source, settings, probe, random, drawn):
     """Draw windows from p(i | t), exactly or by the paper's search with the kernel in the leaf."""
     if not settings.paper:
-        index_kernels.draw(
-            source.blocks, source.boxes, source.n, probe, settings.temperature, random, source.scratch, drawn
+        exact.draw(
+            source.blocks, probe, settings.temperature, random, source.kernels, source.sums, drawn, np.empty(len(drawn))
         )
         return
     for k in range(len(drawn)):

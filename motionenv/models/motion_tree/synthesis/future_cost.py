@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from motionenv._core.threads import in_chunks
 from motionenv.body.kinematics import FOOT_BALL, feet
 from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.models.motion_tree.database import Database
@@ -94,15 +95,19 @@ class FutureCost:
         return self._courses[wanted]
 
 
-def fit_future_cost(database: Database, frames: np.ndarray, blocks: np.ndarray, boxes: np.ndarray) -> FutureCost:
-    """The outlook of n windows, whose last frames are `frames` (n,), by positions in an index's blocks, boxes."""
+def fit_future_cost(database: Database, frames: np.ndarray, blocks: np.ndarray) -> FutureCost:
+    """The outlook of n windows, whose last frames are `frames` (n,), by position in `blocks`."""
     n = len(frames)
     place = np.full(len(database.poses), -1, dtype=np.int32)
     place[frames] = np.arange(n, dtype=np.int32)
     tails = place[_tails(database.starts)]
     exits = np.empty((len(tails), _EXITS), dtype=np.int32)
     distances = np.empty(exits.shape, dtype=np.float32)
-    nearest_elsewhere(blocks, boxes, n, frames, tails, HERE, exits, distances)
+
+    def search(start, stop):
+        nearest_elsewhere(blocks, frames, tails[start:stop], HERE, exits[start:stop], distances[start:stop])
+
+    in_chunks(search, len(tails))
     ends = np.minimum(frames + _HORIZON, database.starts[np.searchsorted(database.starts, frames, side="right")] - 1)
     place_and_heading = database.poses[:, [0, 1, 5]]
     x, y, turn = (place_and_heading[ends] - place_and_heading[frames]).T

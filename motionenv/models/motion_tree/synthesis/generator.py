@@ -30,7 +30,7 @@ from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.motion_tree.database import Database, History
 from motionenv.models.motion_tree.features import FPS, PARTS, WINDOW, parameters, turned_towards
-from motionenv.models.motion_tree.search.kernel_index_kernels import scratch
+from motionenv.models.motion_tree.search.exact import BLOCK
 from motionenv.models.motion_tree.search.tree import METHODS
 from motionenv.models.motion_tree.synthesis._footing_kernels import footing_on
 from motionenv.models.motion_tree.synthesis._generator_kernels import Settings, Source, State, grow
@@ -238,8 +238,7 @@ def future_cost_of(tree: MotionTree) -> FutureCost:
     """Future cost of the windows of a fitted tree, cached as long as the tree lives."""
     tree.check()
     if tree not in _FUTURE_COSTS:
-        index = tree.index_
-        _FUTURE_COSTS[tree] = fit_future_cost(tree.database_, tree.frames_, _fixed(index.blocks), _fixed(index.boxes))
+        _FUTURE_COSTS[tree] = fit_future_cost(tree.database_, tree.frames_, _fixed(tree.index_.blocks))
     return _FUTURE_COSTS[tree]
 
 
@@ -278,11 +277,11 @@ def _leading_to(database: Database, frame: int) -> np.ndarray:
 def _source(tree: MotionTree, future: FutureCost) -> Source:
     """A tree as input of the loop. Arrays are read-only, so that mapped and fitted trees use the same compiled code."""
     weights, offset = tree.basis_.filter
-    index, descent = tree.index_, tree.descent_
+    blocks, descent = _fixed(tree.index_.blocks), tree.descent_
     return Source(
-        blocks=_fixed(index.blocks), boxes=_fixed(index.boxes), n=int(index.n),
-        scratch=scratch(index.n, index.boxes.shape[3]), nodes=_fixed(descent.nodes), leaves=_fixed(descent.starts),
-        members=_fixed(descent.members), leaf_weights=np.empty(descent.largest), frames=_fixed(tree.frames_),
+        blocks=blocks, kernels=np.empty((len(blocks), BLOCK)), sums=np.empty(len(blocks)),
+        nodes=_fixed(descent.nodes), leaves=_fixed(descent.starts), members=_fixed(descent.members),
+        leaf_weights=np.empty(descent.largest), frames=_fixed(tree.frames_),
         cost=_fixed(future.courses()[0]), turn=_fixed(future.turn), speed=_fixed(future.speed),
         activity=_fixed(future.activity), way_out=_fixed(future.courses()[1]), ground=_fixed(future.ground),
         place=_fixed(future.place), channels=_fixed(tree.basis_.channels), weights=_fixed(weights),

@@ -22,7 +22,7 @@ def tree():
 
 @pytest.fixture(scope="module")
 def outlook(tree):
-    return fit_future_cost(tree.database_, tree.frames_, tree.index_.blocks, tree.index_.boxes)
+    return fit_future_cost(tree.database_, tree.frames_, tree.index_.blocks)
 
 
 def test_exits_are_the_nearest_windows_elsewhere(tree, outlook):
