@@ -27,7 +27,7 @@ from benchmarks.envs.tasks.networks import Learned
 from benchmarks.envs.tasks.ppo import improve
 from motionenv.envs.agents import TrackingAgent, score, truth_start
 from motionenv.envs.tasks import TASKS
-from motionenv.tracking import FPCAPrior, MixturePrior, VelocityPrior
+from motionenv.tracking import VelocityPrior
 
 HERE = Path(__file__).parent
 SPLITS = ("eval", "ood")
@@ -42,18 +42,12 @@ def _arm_filter(env):
     return TrackingAgent(env, VelocityPrior(part="right_arm"), 500, start=truth_start, seed=0, threads=1)
 
 
-def _mixture_filter(env):
-    prior = MixturePrior(FPCAPrior(), VelocityPrior(skeleton=FPCAPrior().skeleton))
-    return TrackingAgent(env, prior, seed=0, threads=1)
-
-
 #: Agents that don't learn: name, how they are made, and the families that they can play.
 FIXED: dict[str, tuple[str | Callable, tuple[str, ...]]] = {
     "mean pose": ("mean-pose", ("Walker", "Marker", "Arm")),
     "blob": ("blob", ("Walker", "Marker")),
     "Kalman filter": ("kalman", ("Walker", "Marker")),
     "particle filter": ("particle-filter", ("Walker",)),
-    "particle filter, mixed prior": (_mixture_filter, ("Walker",)),
     "particle filter, first pose given": (_arm_filter, ("Arm",)),
 }
 #: Agents that learn: name, and what trains them for a task, from so many frames, with a seed.
@@ -67,9 +61,7 @@ REASONS = {
     ("blob", "Arm"): "an arm's silhouette stays where it is, so its place tells nothing.",
     ("Kalman filter", "Arm"): "an arm's silhouette stays where it is, so its place tells nothing.",
     ("particle filter", "Marker"): "it follows people in pictures only.",
-    ("particle filter, mixed prior", "Marker"): "it follows people in pictures only.",
     ("particle filter", "Arm"): "it can't find an arm's first pose, and is told it in a row of its own.",
-    ("particle filter, mixed prior", "Arm"): "its priors are of walking.",
     ("particle filter, first pose given", "Walker"): "it is for arms, whose first pose it can't find.",
     ("particle filter, first pose given", "Marker"): "it follows people in pictures only.",
 }

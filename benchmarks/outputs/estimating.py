@@ -59,8 +59,6 @@ def prior(name: str) -> Any:
     from motionenv import tracking
 
     body = walk().skeleton
-    if name == "MixturePrior":
-        return tracking.MixturePrior(prior("FPCAPrior"), prior("VelocityPrior"), 0.2)
     return getattr(tracking, name)(skeleton=body, **({"tree": tree()} if name == "TreePrior" else {}))
 
 
@@ -68,7 +66,6 @@ def prior(name: str) -> Any:
 @output("track with FPCAPrior and annealing", "FPCAPrior", layers=2)
 @output("track with TreePrior", "TreePrior", layers=2)
 @output("track with VelocityPrior", "VelocityPrior")
-@output("track with MixturePrior, without annealing", "MixturePrior")
 def _track(name: str, **options) -> Any:
     from motionenv.tracking import ParticleFilter, Start
 

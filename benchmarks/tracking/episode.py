@@ -19,7 +19,6 @@ from motionenv.metrics import credible_level
 from motionenv.render.sensors.augmentation import FAR
 from motionenv.tracking import FPCAPrior, ParticleFilter, Start
 from motionenv.tracking.initialization import automatic_start
-from motionenv.tracking.priors.mixture import MixturePrior
 from motionenv.tracking.priors.tree import TreePrior
 from motionenv.tracking.priors.velocity import VelocityPrior
 from motionenv.types import MARKERS, Skeleton
@@ -85,10 +84,6 @@ def _constant_velocity(task: Task, skeleton: Skeleton) -> VelocityPrior:
     return VelocityPrior(skeleton=skeleton, part="right_arm" if task.arm else "body", change=change)
 
 
-def _mixture(task: Task, skeleton: Skeleton) -> MixturePrior:
-    return MixturePrior(_fpca(task, skeleton), _constant_velocity(task, skeleton))
-
-
 @dataclass(frozen=True)
 class Tracker:
     """Configuration of a tracker.
@@ -110,7 +105,6 @@ TRACKERS = {
     "tree": Tracker(_tree),
     "annealed tree": Tracker(_tree, 15.0, {"layers": 3}),
     "constant velocity": Tracker(_constant_velocity),
-    "mixture": Tracker(_mixture),
 }
 
 

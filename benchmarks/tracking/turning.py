@@ -9,8 +9,7 @@ and finds the first pose in them. With --learned it isn't given the scene, eithe
 
 - Courses: "straight" at an even speed; "turning", the same along `random_path` with a least radius of 1 to 2.5 m;
   "free", also with slowing down, hurrying and stops of 0.5 to 1.2 s.
-- Priors: "fpca" and "mixture" (of it and of a `VelocityPrior`) don't know the body's size; "tree" can't have an unknown
-  one and is given the height.
+- Priors: "fpca" doesn't know the body's size; "tree" can't have an unknown one and is given the height.
 - "Kept" are films whose mean error of the 15 joints over the second half is below 300 mm, the bound of
   `tracking.agent`. "Exchanged" are films over whose second half the legs, relative to the pelvis, are nearer to the
   truth with left and right exchanged. Joints and heading are median errors over films, of the second half.
@@ -40,16 +39,15 @@ from motionenv.models.paths import WalkPath, random_path, walk_along
 from motionenv.models.registry import load
 from motionenv.render.draw2d.overlay import draw_pose, strip
 from motionenv.render.video.encode import write_image
-from motionenv.tracking import FPCAPrior, MixturePrior, TreePrior
+from motionenv.tracking import FPCAPrior, TreePrior
 from motionenv.tracking.priors.base import Prior
-from motionenv.tracking.priors.velocity import VelocityPrior
 from motionenv.types import MARKERS, Camera, Motion, Skeleton
 
 FPS, SIZE, NOISE, KEPT = 30.0, 128, 8.0, 0.3
 BODY = 0.07  # standard deviation of the log of an unknown body's size, as in TrackingAgent
 SPLITS = {"train": ("walk/fpca", 0), "eval": ("walk/eigenwalkers", 5000)}
 COURSES = ("straight", "turning", "free")
-PRIORS = ("fpca", "tree", "mixture")
+PRIORS = ("fpca", "tree")
 LEGS = [MARKERS.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("knee", "ankle")]
 PELVIS = MARKERS.index("pelvis")
 SHOWN = 10  # pictures in a strip
@@ -82,8 +80,7 @@ def prior_of(name: str, height: float) -> Prior:
     """A prior of `PRIORS`; `height` [m] of the body is told to those that can't leave it open."""
     if name == "tree":
         return TreePrior(skeleton=from_height(height), fps=FPS)
-    learned = FPCAPrior(fps=FPS, size=BODY)
-    return learned if name == "fpca" else MixturePrior(learned, VelocityPrior(skeleton=learned.skeleton, fps=FPS))
+    return FPCAPrior(fps=FPS, size=BODY)
 
 
 class SceneLikelihood(SilhouetteLikelihood):

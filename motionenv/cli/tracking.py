@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _FILMS = {".mp4", ".gif", ".webp"}
 _ENVS = {"walker": "motionenv/WalkerTracking-v1", "arm": "motionenv/ArmTracking-v1"}
-_TRACKERS = ("fpca", "tree", "constant-velocity", "mixture")
+_TRACKERS = ("fpca", "tree", "constant-velocity")
 _SIZE, _FILMED = 128, 384  # image side of an environment without a level, and about that of its film [pixels]
 _FILM_SIDE = 640  # [pixels] longest side of a video in the film; smaller videos are enlarged by a whole number
 _LOST = 3  # exit code of a track that was lost at times
@@ -41,7 +41,7 @@ def track(
     ] = None,
     tracker: Annotated[
         str | None,
-        typer.Option(help="Motion prior: fpca (default), tree, constant-velocity (default of arms) or mixture."),
+        typer.Option(help="Motion prior: fpca (default), tree or constant-velocity (default of arms)."),
     ] = None,
     model: Annotated[
         str | None, typer.Option(help="Name or file of the prior's model; by default a packaged one.")
@@ -187,10 +187,10 @@ def _check_outputs(out: Path, motion: Path | None) -> None:
 
 def _made(tracker: str, model: str | None, *, arm: bool = False) -> Callable[..., Any]:
     """Factory of the tracker's prior, for a body and a frame rate."""
-    from motionenv.tracking import FPCAPrior, MixturePrior, TreePrior, VelocityPrior
+    from motionenv.tracking import FPCAPrior, TreePrior, VelocityPrior
 
-    if arm and tracker in ("fpca", "mixture"):
-        raise MotionError(f"--tracker must be constant-velocity or tree for --env arm, got {tracker}")
+    if arm and tracker == "fpca":
+        raise MotionError("--tracker must be constant-velocity or tree for --env arm, got fpca")
     if arm and tracker == "tree" and model is None:
         raise MotionError("--tracker tree needs a tree of the right arm for --env arm: give its file as --model")
     part = "right_arm" if arm else "body"
@@ -200,10 +200,7 @@ def _made(tracker: str, model: str | None, *, arm: bool = False) -> Callable[...
             return TreePrior(model or "mixed/tree", skeleton=skeleton, fps=fps)
         if tracker == "constant-velocity":
             return VelocityPrior(skeleton=skeleton, fps=fps, part=part)
-        learned = FPCAPrior(model or "walk/fpca", skeleton=skeleton, fps=fps)
-        if tracker == "fpca":
-            return learned
-        return MixturePrior(learned, VelocityPrior(skeleton=learned.skeleton, fps=fps))
+        return FPCAPrior(model or "walk/fpca", skeleton=skeleton, fps=fps)
 
     return make
 

@@ -7,14 +7,13 @@ does it for a film.
 from motionenv.tracking.particle_filter import Belief, ParticleFilter
 from motionenv.tracking.priors.base import Prior, SizedPrior, Start
 from motionenv.tracking.priors.fpca import FPCAPrior
-from motionenv.tracking.priors.mixture import MixturePrior
 from motionenv.tracking.priors.tree import TreePrior
 from motionenv.tracking.priors.velocity import VelocityPrior
 from motionenv.tracking.scene import Scene, Unknown, estimate_scene, walker_filters
 from motionenv.tracking.video import Film, VideoTrack, find_people, track_video
 
 __all__ = [
-    "Belief", "FPCAPrior", "Film", "MixturePrior", "ParticleFilter", "Prior", "Scene", "SizedPrior", "Start",
+    "Belief", "FPCAPrior", "Film", "ParticleFilter", "Prior", "Scene", "SizedPrior", "Start",
     "TreePrior", "Unknown", "VelocityPrior", "VideoTrack", "estimate_scene", "find_people", "track_video",
     "walker_filters",
 ]  # fmt: skip

@@ -9,7 +9,7 @@ from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.likelihoods.background import Background
 from motionenv.render.cameras import view
-from motionenv.tracking import Film, FPCAPrior, MixturePrior, ParticleFilter, VelocityPrior, track_video
+from motionenv.tracking import Film, FPCAPrior, ParticleFilter, track_video
 from motionenv.tracking.initialization import automatic_start
 
 NO_WHOLE_NUMBER = ["ten", None, True, 2.5, np.nan, np.inf, [3], 0]
@@ -97,7 +97,6 @@ def test_a_generator_is_taken_as_it_is():
         (lambda v: ParticleFilter(FPCAPrior(), None, v), "n"),
         (lambda v: ParticleFilter(FPCAPrior(), None, resample=v), "resample"),
         (lambda v: ParticleFilter(FPCAPrior(), None, hidden=v), "hidden"),
-        (lambda v: MixturePrior(FPCAPrior(), VelocityPrior(skeleton=FPCAPrior().skeleton), v), "share"),
         (lambda v: evaluate(None, None, v), "episodes"),
         (lambda v: Background(least=v), "least"),
         (lambda v: SilhouetteLikelihood(CAMERA, misses=v), "misses"),

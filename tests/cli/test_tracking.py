@@ -26,7 +26,7 @@ def pictures_in(path) -> tuple[int, tuple]:
     return len(shapes), shapes[0]
 
 
-@pytest.mark.parametrize("tracker", ["fpca", "constant-velocity", "mixture"])
+@pytest.mark.parametrize("tracker", ["fpca", "constant-velocity"])
 def test_an_environment_is_filmed_and_the_motion_written(run, tmp_path, tracker):
     result = run("track", "--env", "walker", "--tracker", tracker, "--start", "given", "--frames", 6, *FAST,
                  "--out", "track.mp4", "--motion", "walk.npz")  # fmt: skip

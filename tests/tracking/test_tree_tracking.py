@@ -11,7 +11,7 @@ from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.models.motion_tree import Clip, MotionTree, build_database
 from motionenv.models.registry import load
-from motionenv.tracking import FPCAPrior, MixturePrior, ParticleFilter, TreePrior, VelocityPrior
+from motionenv.tracking import FPCAPrior, ParticleFilter, TreePrior, VelocityPrior
 from tests.tracking.reaching import reaching_tree
 
 
@@ -31,19 +31,14 @@ def tree_file(tmp_path_factory):
     return str(path)
 
 
-def mixed(tree_file, body):
-    return MixturePrior(TreePrior(tree_file, skeleton=body), VelocityPrior(skeleton=body))
-
-
-@pytest.mark.parametrize("make", [lambda file, body: TreePrior(file, skeleton=body), mixed], ids=["tree", "mixture"])
-def test_a_tree_from_a_file_follows_a_person_for_thirty_frames(tree_file, make):
+def test_a_tree_from_a_file_follows_a_person_for_thirty_frames(tree_file):
     env = WalkerTracking(
         motion="walk/fpca", start="line", actions="metric", size=64, observation="mask", horizon=31, camera="side"
     )
     observation, _ = env.reset(seed=2)
     body = env.truth()["skeleton"]
     likelihood = SilhouetteLikelihood(env.truth()["camera"], body, still=True)
-    tracker = ParticleFilter(make(tree_file, body), likelihood, 1000, seed=0)
+    tracker = ParticleFilter(TreePrior(tree_file, skeleton=body), likelihood, 1000, seed=0)
     tracker.start(truth_start(env.unwrapped, 0))
     first, errors, beliefs = env.truth()["joints"], [], []
     for _ in range(30):
@@ -62,13 +57,9 @@ def test_a_tree_from_a_file_follows_a_person_for_thirty_frames(tree_file, make):
     assert 0.003 < np.linalg.norm(spread, axis=-1).mean() < 0.3
 
 
-@pytest.mark.parametrize("mixture", [False, True])
-def test_a_tree_of_reaching_arms_follows_an_arm(arm_tree, mixture):
+def test_a_tree_of_reaching_arms_follows_an_arm(arm_tree):
     env = ArmTracking(actions="metric", size=64, observation="mask", horizon=30)
-    prior = TreePrior(arm_tree)
-    if mixture:
-        prior = MixturePrior(prior, VelocityPrior(skeleton=prior.skeleton, part="right_arm"))
-    ours = evaluate(env, TrackingAgent(env, prior, 300, start=truth_start, seed=0), 5, seed=1)
+    ours = evaluate(env, TrackingAgent(env, TreePrior(arm_tree), 300, start=truth_start, seed=0), 5, seed=1)
     still = evaluate(env, MeanPose(env), 5, seed=1)
     assert np.median(ours.errors) < 0.45 * np.median(still.errors)  # with an average body, whoever it is
     assert np.median(ours.errors) < 0.1

@@ -2,10 +2,9 @@
 
 from motionenv.tracking.priors.base import Prior, SizedPrior, Start, State
 from motionenv.tracking.priors.fpca import FPCAPrior
-from motionenv.tracking.priors.mixture import MixturePrior
 from motionenv.tracking.priors.tree import TreePrior
 from motionenv.tracking.priors.velocity import VelocityPrior
 
 __all__ = [
-    "FPCAPrior", "MixturePrior", "Prior", "SizedPrior", "Start", "State", "TreePrior", "VelocityPrior",
+    "FPCAPrior", "Prior", "SizedPrior", "Start", "State", "TreePrior", "VelocityPrior",
 ]  # fmt: skip

@@ -19,8 +19,6 @@ from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.tracking.particle_filter import check_filter
 from motionenv.tracking.priors.base import Prior
 from motionenv.tracking.priors.fpca import FPCAPrior
-from motionenv.tracking.priors.mixture import MixturePrior
-from motionenv.tracking.priors.velocity import VelocityPrior
 from motionenv.tracking.video.candidates import Candidate, chosen
 from motionenv.tracking.video.detection import departure_frame, resized, side_camera, span, standing_height
 from motionenv.tracking.video.guide import Guide, detected, disagreement, lifted, people_of
@@ -188,8 +186,6 @@ def _follower(
         camera, skeleton, misses=_MISSES, false_alarms=_ALARMS, distance=far, threads=threads
     )
     back: Prior = FPCAPrior(skeleton=skeleton, fps=prior.fps, backwards=True)
-    if not smooth:
-        back = MixturePrior(back, VelocityPrior(skeleton=skeleton, fps=prior.fps))
     if guide is not None and guide.known.any():
         begin = int(np.argmax(guide.known))
     else:

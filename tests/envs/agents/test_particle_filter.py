@@ -11,7 +11,7 @@ from motionenv.envs.markers import MarkerTracking
 from motionenv.envs.walker import WalkerTracking, WalkerTrackingVector
 from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
-from motionenv.tracking import FPCAPrior, MixturePrior, TreePrior, VelocityPrior
+from motionenv.tracking import FPCAPrior, TreePrior, VelocityPrior
 
 SMALL = {"motion": "walk/fpca", "size": 48, "observation": "mask", "horizon": 15, "start": "line"}
 
@@ -128,9 +128,8 @@ def test_refuses_what_it_cannot_play():
         TrackingAgent(WalkerTracking(**SMALL), layers=0, start=truth_start)
 
 
-@pytest.mark.parametrize("make", [FPCAPrior, TreePrior, VelocityPrior, None], ids=["fpca", "tree", "velocity", "both"])
+@pytest.mark.parametrize("make", [FPCAPrior, TreePrior, VelocityPrior], ids=["fpca", "tree", "velocity"])
 def test_every_prior_tracks(make):
     env = WalkerTracking(**{**SMALL, "horizon": 5})
-    prior = MixturePrior(FPCAPrior(), VelocityPrior(skeleton=FPCAPrior().skeleton)) if make is None else make()
-    agent = TrackingAgent(env, prior, 300, start=truth_start, layers=2, seed=0)
+    agent = TrackingAgent(env, make(), 300, start=truth_start, layers=2, seed=0)
     assert evaluate(env, agent, 1, seed=1).errors.max() < 0.1

@@ -12,7 +12,7 @@ from motionenv.models.motion_tree import Clip, MotionTree, build_database
 from motionenv.models.motion_tree.features import local
 from motionenv.models.registry import load
 from motionenv.models.transforms import scaled
-from motionenv.tracking import FPCAPrior, MixturePrior, Start, TreePrior, VelocityPrior
+from motionenv.tracking import FPCAPrior, Start, TreePrior, VelocityPrior
 from motionenv.tracking.priors.tree import TreeState
 from motionenv.types import Motion
 from tests.tracking.reaching import reaching_tree
@@ -165,8 +165,8 @@ def test_the_seed_says_all(tree, stranger):
     skeleton = tree.database_.skeleton
     for make in (
         lambda: TreePrior(tree),
-        lambda: MixturePrior(TreePrior(tree, method="tree"), VelocityPrior(skeleton=skeleton)),
-        lambda: MixturePrior(FPCAPrior(skeleton=skeleton), VelocityPrior(skeleton=skeleton)),
+        lambda: FPCAPrior(skeleton=skeleton),
+        lambda: VelocityPrior(skeleton=skeleton),
     ):
         runs = []
         for _ in range(2):
