@@ -3,14 +3,13 @@
     motionenv bench lifting.misfit [--mocap FOLDER]
 
 As in `lifting.raw`, one walk of each of 11 people is lifted with a prior of the ten others. A false alarm is a walk
-whose misfit exceeds the limit, or whose fit doesn't converge. For each person the limit is chosen on the other ten, as
+whose misfit exceeds the limit. For each person the limit is chosen on the other ten, as
 the 99 % quantile of their misfits over all pictures: nobody's own walk is in the limit that judges it, and none in its
 prior. "Told" is whatever doesn't hold and is refused with an error, or isn't plausible by `MISFIT_LIMIT`. The last row
 of the second table are acted walks of three other people, whose joint centres are placed differently.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -35,25 +34,12 @@ CLIPS = {
 }
 
 
-@dataclass(frozen=True)
-class Result:
-    """A lifted picture: its misfit (NaN if refused), and whether the fit converged."""
-
-    misfit: float
-    converged: bool
-
-    def told(self, limit: float) -> bool:
-        """Whether the result is said not to hold."""
-        return not self.converged or not self.misfit <= limit
-
-
-def lifted(points: Points, **told) -> Result:
-    """The result of lifting `points`."""
+def misfit_of(points: Points, **told) -> float:
+    """The misfit of lifted `points`; NaN if they are refused."""
     try:
-        found = lift(points, method="steady", **told)
+        return lift(points, method="steady", **told).misfit
     except MotionError:
-        return Result(np.nan, False)
-    return Result(found.misfit, found.posterior.converged)
+        return np.nan
 
 
 def pixels(make: Callable) -> Callable:
@@ -95,35 +81,34 @@ FAILING = (
 )
 
 
-def results(case: Case, walks, models, views) -> list[list[Result]]:
-    """Results (people, views) of one case."""
+def results(case: Case, walks, models, views) -> list[list[float]]:
+    """Misfits (people, views) of one case."""
     rng = np.random.default_rng(0)
     return [
-        [lifted(case.points(walk, a, rng), prior=model, **case.told(walk, a)) for a in views]
+        [misfit_of(case.points(walk, a, rng), prior=model, **case.told(walk, a)) for a in views]
         for walk, model in zip(walks, models, strict=True)
     ]
 
 
-def false_alarms(table: list[list[list[Result]]]) -> tuple[np.ndarray, np.ndarray, float]:
+def false_alarms(misfits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     """Shares of false alarms per case, the limits (people,), and the limit chosen on everybody.
 
     Args:
-        table: (cases, people, views) results of walks that hold.
+        misfits: (cases, people, views) of walks that hold.
     """
-    misfits = np.array([[[r.misfit for r in row] for row in rows] for rows in table])
     people = range(misfits.shape[1])
     limits = np.array([np.nanquantile(np.delete(misfits, p, axis=1), QUANTILE) for p in people])
-    alarms = [[[r.told(limits[p]) for r in row] for p, row in enumerate(rows)] for rows in table]
-    return np.mean(alarms, axis=(1, 2)), limits, float(np.nanquantile(misfits, QUANTILE))
+    alarms = ~(misfits <= limits[:, None])
+    return alarms.mean(axis=(1, 2)), limits, float(np.nanquantile(misfits, QUANTILE))
 
 
-def clips(folder: Path, starts: tuple[str, ...], quick: bool) -> list[Result]:
-    """Results of the Bandai-Namco clips whose activity begins with one of `starts`."""
+def clips(folder: Path, starts: tuple[str, ...], quick: bool) -> list[float]:
+    """Misfits of the Bandai-Namco clips whose activity begins with one of `starts`."""
     found = sorted(p for p in folder.rglob("*.bvh") if p.stem.split("_", 1)[1].startswith(starts))
     prior = load("walk/prior")
     shortest = min(found, key=lambda path: path.stat().st_size)
     kept = [to_markers(read(path, unit="cm")) for path in ([shortest] if quick else found[::2])]
-    return [lifted(project_markers(m, 0.5 + i, heading=0.0), prior=prior) for i, m in enumerate(kept)]
+    return [misfit_of(project_markers(m, 0.5 + i, heading=0.0), prior=prior) for i, m in enumerate(kept)]
 
 
 def main() -> None:
@@ -131,29 +116,27 @@ def main() -> None:
     args = options(__doc__, "cmu_asfamc", "bandai_namco").parse_args()
     views = VIEWS[:1] if args.quick else VIEWS[::4]
     walks, models = left_out(args.mocap, 2 if args.quick else None)
-    table = [results(case, walks, models, views) for case in HOLDING]
+    table = np.array([results(case, walks, models, views) for case in HOLDING])
     shares, limits, everybody = false_alarms(table)
     print("| people left out | misfit, median | largest | false alarms |\n|-|-|-|-|")
     for case, rows, share in zip(HOLDING, table, shares, strict=True):
-        misfits = [r.misfit for row in rows for r in row]
-        print(f"| {case.name} | {np.median(misfits):.2f} | {np.max(misfits):.2f} | {share:.1%} |")
-    print(f"| all {len(table) * len(walks) * len(views)} | | | {shares.mean():.1%} |")
+        print(f"| {case.name} | {np.median(rows):.2f} | {np.max(rows):.2f} | {share:.1%} |")
+    print(f"| all {table.size} | | | {shares.mean():.1%} |")
     print(
         f"\nLimits chosen without each person {limits.min():.2f} to {limits.max():.2f}; on everybody {everybody:.2f}.\n"
     )
     print("| doesn't hold | pictures | refused | told | misfit, smallest |\n|-|-|-|-|-|", flush=True)
     for case in FAILING:
-        print_told(case.name, [r for row in results(case, walks, models, views) for r in row])
+        print_told(case.name, np.ravel(results(case, walks, models, views)))
     for name, starts in CLIPS.items():
-        print_told(name, clips(args.mocap / "bandai_namco", starts, args.quick))
+        print_told(name, np.array(clips(args.mocap / "bandai_namco", starts, args.quick)))
 
 
-def print_told(name: str, found: list[Result]) -> None:
+def print_told(name: str, misfits: np.ndarray) -> None:
     """Print a row of the second table."""
-    misfits = np.array([r.misfit for r in found])
-    refused, told = np.isnan(misfits).mean(), np.mean([r.told(MISFIT_LIMIT) for r in found])
+    refused, told = np.isnan(misfits).mean(), np.mean(~(misfits <= MISFIT_LIMIT))
     least = f"{np.nanmin(misfits):.2f}" if refused < 1 else ""
-    print(f"| {name} | {len(found)} | {refused:.0%} | {told:.0%} | {least} |", flush=True)
+    print(f"| {name} | {len(misfits)} | {refused:.0%} | {told:.0%} | {least} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -125,7 +125,7 @@ def points(alpha: float = 0.7, missing: float = 0.0, **how) -> motionenv.Points:
 
 
 @output("lift of an unknown view")
-@output("lift of a known view", 0.7, robust=False)
+@output("lift of a known view", 0.7)
 @output("lift with points missing", missing=0.3)
 @output("lift of an unknown elevation and scale", 0.7, elevation=None, seen={"elevation": 0.2})
 def _lift(alpha: float | None = None, missing: float = 0.0, seen: dict | None = None, **how) -> Any:
@@ -161,13 +161,3 @@ def _unknown(**how) -> Any:
     from motionenv.lifting import find_view, fourier_points
 
     return find_view(motionenv.load("walk/prior"), fourier_points(points()).coefficients, **how)
-
-
-@output("lifting refined")
-def _refined() -> Any:
-    from motionenv.lifting import InitialEstimate, refine
-
-    walkers = motionenv.load("walk/prior")
-    begin = InitialEstimate(walkers.mean_, 0.8, motionenv.lift(points()).posterior.frequency, 0.3)
-    found = refine(walkers, points(missing=0.2), begin, unknown=("alpha", "elevation"))
-    return [found, found.positions, found.deviations, found.standard_deviation("alpha")]

@@ -11,15 +11,13 @@
 
 `lift` runs the whole pipeline. `free` fits any motion frame by frame. For straight, steady walks (Zhang & Troje 2007,
 "paper B", and extensions) `fourier_fit` fits a 2D Fourier series to the points; `views.known_view` and
-`views.unknown_view` hold the paper's estimators, which work on that series; `refine` then fits the raw points by
-maximum a posteriori.
+`views.unknown_view` hold the paper's estimators, which work on that series.
 """
 
 from motionenv.lifting.fourier_fit import Series, fourier_points
 from motionenv.lifting.free.lifter import FreeFit, OtherMotion, fit_freely
 from motionenv.lifting.pipeline import Lifted, OtherView, lift
 from motionenv.lifting.posterior import MISFIT_LIMIT, WalkPosterior
-from motionenv.lifting.refinement import InitialEstimate, refine
 from motionenv.lifting.view_geometry import project_markers
 from motionenv.lifting.views.known_view import Reconstruction, least_squares, maximum_a_posteriori
 from motionenv.lifting.views.unknown_view import Views, find_view
@@ -27,7 +25,6 @@ from motionenv.lifting.views.unknown_view import Views, find_view
 __all__ = [
     "MISFIT_LIMIT",
     "FreeFit",
-    "InitialEstimate",
     "Lifted",
     "OtherMotion",
     "OtherView",
@@ -42,5 +39,4 @@ __all__ = [
     "lift",
     "maximum_a_posteriori",
     "project_markers",
-    "refine",
 ]  # fmt: skip

@@ -18,8 +18,8 @@ from motionenv.lifting.free.lifter import SURPRISE, FreeFit, fit_freely, heading
 from motionenv.lifting.free.posture_network import BODY_UNIT
 from motionenv.lifting.free.smoother import contacts
 from motionenv.lifting.posterior import BAND, WalkPosterior
-from motionenv.lifting.refinement import InitialEstimate, refine
 from motionenv.lifting.side_labels import swapped_back, unswapped
+from motionenv.lifting.steady import steady_walk
 from motionenv.lifting.validation import check_points, check_series, check_strides
 from motionenv.lifting.views.unknown_view import ELEVATIONS, Views, find_view
 from motionenv.models.eigenwalkers.fourier_series import FourierWalker
@@ -56,7 +56,7 @@ class Lifted(OneLine):
         points: the lifted points, with swaps corrected.
         swapped: (frames, 2) where left and right of arms and legs were swapped in the input.
         posterior: walker, view and path, with their covariance.
-        series: the 2D Fourier series from which the posterior's refinement started.
+        series: the 2D Fourier series that the posterior is given.
         others: alternative views of a steady walk, most probable first; for other motion see `FreeFit.other`.
         contradiction: set if the given view contradicts the points: the view that fits them. Either the given view is
             wrong, or, if the two have opposite signs, left and right are swapped throughout. `band` is then invalid.
@@ -177,7 +177,7 @@ def lift(
     points: Points, alpha: float | None = None, *, prior: WalkerPrior | str = "walk/prior",
     elevation: float | None = 0.0, scale: float | None = None,
     camera: Camera | Sequence[Camera] | np.ndarray | None = None, distortion: Sequence[float] | None = None,
-    robust: bool = True, method: str = "auto", on_progress: Callable[[float], None] | None = None,
+    method: str = "auto", on_progress: Callable[[float], None] | None = None,
 ) -> Lifted:  # fmt: skip
     """Reconstruct a person's motion in 3D from the 2D points of one camera, with uncertainties.
 
@@ -198,7 +198,6 @@ def lift(
         camera: pinhole camera with its pose in a world whose ground is z = 0, or one for each frame if it moves; its
             intrinsics (3, 3) [pixels] if the pose isn't known. None guesses intrinsics from the points.
         distortion: OpenCV's coefficients (k1, k2, p1, p2[, k3[, k4, k5, k6]]) of the camera's lens.
-        robust: whether outliers of a steady walk are weighted down.
         method: "steady", "free", or "auto" as told above.
         on_progress: called now and then with the share of free motion that is done.
 
@@ -222,13 +221,13 @@ def lift(
         raise MotionError("a steady walk is lifted orthographically: omit camera, or method, alpha and scale")
     check_points(points, scale)
     if steady:
-        return _steady(model, points, alpha, elevation, scale, robust)
+        return _steady(model, points, alpha, elevation, scale)
     free = fit_freely(points, camera, distortion=distortion, elevation=elevation, on_progress=on_progress)
     return Lifted(swapped_back(points, free.swapped), free.swapped, free=free)
 
 
-def _steady(model: WalkerPrior, points: Points, alpha, elevation, scale, robust: bool) -> Lifted:
-    """Lift a straight and steady walk: Fourier series, view, and refinement on the points."""
+def _steady(model: WalkerPrior, points: Points, alpha, elevation, scale) -> Lifted:
+    """Lift a straight and steady walk: Fourier series, view, and the walker."""
     check_strides(points)
     points, swapped = unswapped(points)
     series = fourier_points(points)
@@ -243,7 +242,7 @@ def _steady(model: WalkerPrior, points: Points, alpha, elevation, scale, robust:
     unknown = [name for name, given in (("alpha", alpha), ("elevation", elevation), ("scale", scale)) if given is None]
     if points.unit == "m":
         unknown = [name for name in unknown if name != "scale"]
-    found = refine(model, points, _start(model, views, series), unknown=tuple(unknown), robust=robust)
+    found = steady_walk(model, points, series, views, tuple(unknown))
     return Lifted(points, swapped, found, series, _others(views), _contradiction(views, free))
 
 
@@ -264,14 +263,6 @@ def _check(points, alpha, elevation, scale, camera) -> None:
         )
     if camera is not None and points.unit != "px":
         raise MotionError("camera needs points in pixels; these are in metres: omit the camera")
-
-
-def _start(model, views: Views, series: Series) -> InitialEstimate:
-    """The closed-form estimate at the best view. Phase 0 of the series is its first frame."""
-    w = model.inverse_transform(views.scores)
-    return InitialEstimate(
-        w, float(views.alpha), series.frequency, float(-views.phase), float(views.elevation), float(views.scale)
-    )
 
 
 def _contradiction(given: Views, free: Views) -> OtherView | None:

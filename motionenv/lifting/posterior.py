@@ -24,44 +24,33 @@ class WalkPosterior(OneLine):
 
     Attributes:
         coefficients: (5, 15, 3) [m], the walker.
-        covariance: (225, 225) [m²] of the coefficients in the order (5, 15, 3), marginal over all other parameters.
         alpha, elevation: the view [rad]; the elevation is that of the camera's axis.
         scale: image units per metre.
         frequency: strides per second [Hz].
         phase: phase of the first frame [rad].
-        path: offset and drift of the image (frames, 2), across and upwards in image units.
         names: parameters beside the coefficients: alpha [rad]; phase [rad] at mid-time; turns [rad], the phase from
-            mid-time to the end; those of the view that were unknown (elevation [rad], scale [its logarithm]); Legendre
-            coefficients of the path [m].
+            mid-time to the end; those of the view that were unknown (elevation [rad], scale [its logarithm]).
         parameter_covariance: of the parameters in `names`, marginal over the coefficients, with calibrated inflation.
-        weights: (frames, 15) of the robust loss: about 1 for inliers, near 0 for outliers, 0 for missing points.
-        noise: (15,) [m] residual standard deviation per coordinate.
-        deviation: (15,) [m] the part of `noise` that is the person's motion beyond two harmonics.
+        weights: (frames, 15) of the robust fit: 1 for inliers, near 0 for outliers, 0 for missing points.
+        deviation: (15,) [m] standard deviation of the person's motion beyond two harmonics.
         inflation: (15,) the model's variance factors, calibrated on held-out people.
         misfit: root mean square deviation of what the points show of the walker from the prior's mean, in its standard
             deviations: 0.4 to 1 for people like the prior's, in any unit. It includes what the fit leaves unexplained.
-        iterations: number of Gauss-Newton steps.
-        converged: whether the last step was small compared with the posterior standard deviations.
         phases: (frames,) [rad] the walker's phase at each frame of the points.
     """
 
     coefficients: np.ndarray
-    covariance: np.ndarray
     alpha: float
     elevation: float
     scale: float
     frequency: float
     phase: float
-    path: np.ndarray
     names: tuple[str, ...]
     parameter_covariance: np.ndarray
     weights: np.ndarray
-    noise: np.ndarray
     deviation: np.ndarray
     inflation: np.ndarray
     misfit: float
-    iterations: int
-    converged: bool
     phases: np.ndarray
     _joint: np.ndarray = field(repr=False)
 
@@ -72,8 +61,8 @@ class WalkPosterior(OneLine):
 
     @property
     def plausible(self) -> bool:
-        """Whether the fit converged to a walk like those that the prior was fitted to; else deviations are invalid."""
-        return self.converged and self.misfit <= MISFIT_LIMIT
+        """Whether this is a walk like those that the prior was fitted to; else deviations are invalid."""
+        return self.misfit <= MISFIT_LIMIT
 
     @cached_property
     def positions(self) -> np.ndarray:

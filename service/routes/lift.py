@@ -33,7 +33,7 @@ def _lifted(asked: LiftRequest, prior: WalkerPrior) -> bytes:
     found = lift(
         _points(asked), None if asked.view is None else math.radians(asked.view), prior=prior,
         elevation=None if asked.elevation == "unknown" else math.radians(asked.elevation), scale=asked.scale,
-        robust=asked.robust, camera=_camera(asked.camera), method=asked.method,
+        camera=_camera(asked.camera), method=asked.method,
         distortion=None if asked.camera is None else asked.camera.distortion,
     )  # fmt: skip
     return dumps(to_response(found))

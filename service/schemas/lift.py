@@ -58,7 +58,6 @@ class LiftRequest(Request):
         0.0, description="Angle by which the camera looks down [degrees]; 'unknown': estimate it."
     )
     scale: float | None = Field(None, gt=0, le=1e6, description="Pixels per metre at the walker; estimated if missing.")
-    robust: bool = Field(True, description="Whether outliers of a steady walk count less.")
     camera: LiftCamera | None = Field(None, description="For points in pixels; guessed if missing.")
     method: Literal["auto", "steady", "free"] = Field(
         "auto", description="steady: a straight, steady walk; free: any motion; auto: the evidence tells."

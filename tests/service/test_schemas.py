@@ -65,7 +65,7 @@ def bounds(kind: type, name: str) -> tuple[float, float]:
         (FitFields, FIT, {"name": "a/b", "fps": "many"}), (FitFields, FIT, {"name": "a" * 64}),
         (FitFields, FIT, {"name": "a\n"}), (FitFields, FIT, {"name": "-a"}),
         (LiftRequest, LIFT, {"points": [[[0.0, 0.0]] * 14] * 30, "fps": 0.5, "unit": "cm", "view": 361.0,
-                             "elevation": 86.0, "scale": 0.0, "robust": 1}),
+                             "elevation": 86.0, "scale": 0.0}),
         (LiftRequest, LIFT, {"points": LIFT["points"][:7], "fps": 1001.0, "elevation": "some"}),
         (SamplesRequest, {}, {"temperature": 0.0, "noise": -0.1, "n": 0, "method": "best", "history": HISTORY[:9]}),
         (TreeSynthesisRequest, {}, {"speed": -0.1, "seconds": 0.0}),

@@ -102,7 +102,10 @@ class ExactSampler:
 
 @_simd
 def squared_distances(block, probe, out):
-    """Write the squared distances (32,) of a probe (b,) to the points of a block (b, 32), as precise as the probe; the least."""
+    """Write the squared distances (32,) of a probe (b,) to the points of a block (b, 32); return the least.
+
+    They are as precise as the probe.
+    """
     out[:] = 0.0
     for d in range(len(probe)):
         here = probe[d]
@@ -120,14 +123,31 @@ def draw(blocks, probe, beta, state, weights, sums, out, log_probability):
     """Draw positions `out` (count,) int32 for a probe (b,) float32, and write their `log_probability` (count,).
 
     `state` is a stream of `motionenv._core.random`, which is advanced. `weights` (blocks, 32) and `sums` (blocks,) are
-    scratch: kernels relative to that of the nearest point, and their running sum. Double precision is for the blocks
-    that single precision finds near.
+    scratch: kernels relative to that of the nearest point, and their running sum.
     """
-    row, precise, steepness = np.empty(BLOCK, np.float32), probe.astype(np.float64), min(0.5 / beta, _STEEPEST)
+    last = _weigh(blocks, probe, min(0.5 / beta, _STEEPEST), weights, sums)
+    for k in range(len(out)):
+        u = uniform(state) * sums[last]
+        j = min(np.searchsorted(sums, u, side="right"), last)
+        u -= sums[j - 1] if j else 0.0
+        for i in range(BLOCK):
+            if weights[j, i] > 0.0:
+                out[k], log_probability[k] = BLOCK * j + i, np.log(weights[j, i] / sums[last])
+            if u < weights[j, i]:
+                break
+            u -= weights[j, i]
+
+
+@kernel
+def _weigh(blocks, probe, steepness, weights, sums):
+    """Fill `weights` of blocks that aren't far, and `sums` of all; return the last block that isn't far.
+
+    Double precision is for the blocks that single precision finds near.
+    """
+    row, precise, nearest, whole, last = np.empty(BLOCK, np.float32), probe.astype(np.float64), np.inf, 0.0, 0
     for j in range(len(blocks)):
         sums[j] = squared_distances(blocks[j], probe, row)
     far = (sums.min() + _NEGLIGIBLE / steepness) * _SLACK
-    nearest, whole, last = np.inf, 0.0, 0
     for j in range(len(blocks)):
         if sums[j] <= far:
             nearest, last = min(nearest, squared_distances(blocks[j], precise, weights[j])), j
@@ -138,16 +158,7 @@ def draw(blocks, probe, beta, state, weights, sums, out, log_probability):
                 weights[j, i] = np.exp(-exponent) if exponent < _NEGLIGIBLE else 0.0
                 whole += weights[j, i]
         sums[j] = whole
-    for k in range(len(out)):
-        u = uniform(state) * whole
-        j = min(np.searchsorted(sums, u, side="right"), last)
-        u -= sums[j - 1] if j else 0.0
-        for i in range(BLOCK):
-            if weights[j, i] > 0.0:
-                out[k], log_probability[k] = BLOCK * j + i, np.log(weights[j, i] / whole)
-            if u < weights[j, i]:
-                break
-            u -= weights[j, i]
+    return last
 
 
 @kernel
