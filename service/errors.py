@@ -29,7 +29,7 @@ KINDS: dict[str, tuple[int, str]] = {
     "wrong-media-type": (415, "The body is of another media type"),
     "range-not-satisfiable": (416, "There is no such part of the file"), "invalid-field": (422, "A field is invalid"),
     "rate-limited": (429, "Too many requests"), "internal-error": (500, "The service failed"),
-    "not-possible-here": (501, "This machine can't do that"), "busy": (503, "The service is busy or starting"),
+    "busy": (503, "The service is busy or starting"),
     "timeout": (504, "It took too long"), "disk-full": (507, "The disk is full"),
 }  # fmt: skip
 _USUAL = {status: kind for kind, (status, _) in reversed(KINDS.items())}

@@ -1,4 +1,4 @@
-"""Results by marker: coverage of the bands of `WalkerPrior`, and errors of markers that are never seen.
+"""Errors by marker, of those that are seen and of those that never are.
 
 `benchmarks.lifting` prints these tables.
 """
@@ -8,23 +8,18 @@ from itertools import combinations
 import numpy as np
 
 from benchmarks.lifting.walker_errors import joint_error
-from benchmarks.lifting.walks import VIEWS, Fold, persons
+from benchmarks.lifting.walks import VIEWS, Fold
 from motionenv.lifting.view_geometry import axes, project
 from motionenv.lifting.views.known_view import maximum_a_posteriori
-from motionenv.models.eigenwalkers.fourier_series import columns
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.types import MARKERS
 
-BAND = 1.6448536269514722  # half-width of the central 90 % of a normal distribution [standard deviations]
-PHASES = np.arange(12) * (2 * np.pi / 12)
 SEEN_FROM = VIEWS[::30]
 EVERY = np.array(list(combinations(range(len(MARKERS)), 5)))  # all 3,003 combinations of five markers
 
 
 def measure(folds: list[Fold], ours: list[WalkerPrior], draws: int | None) -> dict:
-    """Coverage by marker, and errors for `draws` random combinations of five missing markers, or for all."""
-    inside = coverage(folds, ours)
-    by_person = np.stack([inside[persons(folds) == p].mean(axis=0) for p in np.unique(persons(folds))])
+    """Errors for `draws` random combinations of five missing markers, or for all."""
     ways = EVERY if draws is None else np.random.default_rng(0).permutation(EVERY)[:draws]
     people = sum(len(fold.test) for fold in folds)
     away = sum(np.array([errors(fold, model, way) for way in ways]) for fold, model in zip(folds, ours, strict=True))
@@ -32,8 +27,6 @@ def measure(folds: list[Fold], ours: list[WalkerPrior], draws: int | None) -> di
     missing = np.zeros((len(ways), len(MARKERS)), bool)
     np.put_along_axis(missing, ways, True, axis=1)
     return {
-        "coverage_percent": dict(zip(MARKERS, 100 * inside.mean(axis=0), strict=True)),
-        "coverage_of_people_percent": dict(zip(MARKERS, 100 * by_person.mean(axis=0), strict=True)),
         "ways": len(ways),
         **missing_figures(away, missing),
     }
@@ -76,24 +69,8 @@ def errors(fold: Fold, model: WalkerPrior, way: np.ndarray) -> np.ndarray:
     return np.stack([each[2], each.sum(axis=0)], axis=-1)
 
 
-def coverage(folds: list[Fold], ours: list[WalkerPrior]) -> np.ndarray:
-    """Share of time and views (walks, 15) in which a marker's depth lies inside its 90 % band."""
-    views, waves = VIEWS[::10], columns(PHASES)
-    d = axes(views)[:, 2]
-    inside = []
-    for fold, model in zip(folds, ours, strict=True):
-        lifted = maximum_a_posteriori(model, project(fold.coefficients[:, None], views), views, variance=None)
-        wrong = np.einsum("th,nvhmj,vj->nvtm", waves, lifted.coefficients - fold.coefficients[:, None], d)
-        # The covariance of a view is the same for every walk.
-        first = maximum_a_posteriori(model, project(fold.coefficients[0], views), views, variance=None)
-        variance = np.einsum("vi,vtmij,vj->vtm", d, first.position_covariance(PHASES), d)
-        inside.append((np.abs(wrong) <= BAND * np.sqrt(variance)).mean(axis=(1, 2)))
-    return np.concatenate(inside)
-
-
 def goals(joints: dict) -> list[tuple[str, str, str, str]]:
     """Rows for the table of goals."""
-    inside, of_people = (list(joints[f"coverage{key}_percent"].values()) for key in ("", "_of_people"))
     ratio = f"{joints['depth_ratio']:.2f}; worst {joints['depth_ratio_worst']:.2f}"
     return [
         (
@@ -102,26 +79,14 @@ def goals(joints: dict) -> list[tuple[str, str, str, str]]:
             "≤ 1.3",
             ratio,
         ),
-        (
-            "90 % bands, share of time inside",
-            "",
-            "85–95 %",
-            f"{np.mean(inside):.1f} %, by marker {min(inside):.1f}–{max(inside):.1f} %; "
-            f"with every person weighted equally {np.mean(of_people):.1f} %, "
-            f"{min(of_people):.1f}–{max(of_people):.1f} %",
-        ),
     ]
 
 
 def table(joints: dict) -> None:
     """Print the results by marker."""
-    print(
-        "\n| marker | inside its 90 % band | every person weighted equally | depth error, visible [mm] "
-        "| one of 5 missing [mm] |\n|-|-|-|-|-|"
-    )
+    print("\n| marker | depth error, visible [mm] | one of 5 missing [mm] |\n|-|-|-|")
     for name, figures in joints["by_marker_mm"].items():
-        inside = " | ".join(f"{joints[f'coverage{key}_percent'][name]:.1f} %" for key in ("", "_of_people"))
-        print(f"| {name.replace('_', ' ')} | {inside} | {figures['seen']:.1f} | {figures['missing']:.1f} |")
+        print(f"| {name.replace('_', ' ')} | {figures['seen']:.1f} | {figures['missing']:.1f} |")
     print(
         f"\nWith five markers missing, their depth error is {joints['missing_depth_mm']:.1f} mm, that of the visible "
         f"ones {joints['seen_depth_mm']:.1f} mm. In 3D it is {joints['missing_3d_mm']:.1f} mm (ratio "

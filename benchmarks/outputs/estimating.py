@@ -151,7 +151,7 @@ def _known() -> Any:
         maximum_a_posteriori(walkers, series.coefficients, [0.7, -0.2], elevation=0.1),
         maximum_a_posteriori(walkers, series.coefficients, 0.7, variance=None, measurement=1e-4),
     ]
-    return [series, [[f, f.coefficients, f.covariance, f.marker_covariance()] for f in found]]
+    return [series, [[f, f.coefficients] for f in found]]
 
 
 @output("lifting unknown views by MAP", approach="map")

@@ -39,7 +39,7 @@ RESPONSES: dict[int | str, dict[str, Any]] = {
         "content": _content((formats.NPY, *formats.FILES, *formats.FILMS), format="binary") | _content(_TEXTS),
     },
     304: {"description": "The motion has not changed (`If-None-Match`).", "headers": _HEADERS},
-    **documented(400, 401, 404, 406, 413, 415, 422, 429, 500, 501, 503, 504),
+    **documented(400, 401, 404, 406, 413, 415, 422, 429, 500, 503, 504),
 }  # fmt: skip
 MotionRequest = SynthesisRequest | TreeSynthesisRequest
 

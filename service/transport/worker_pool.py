@@ -38,8 +38,8 @@ class Slot:
 class WorkerPool:
     """Threads for requests. At most `waiting` requests wait for one; the gauge counts those that hold or await one."""
 
-    def __init__(self, threads: int, waiting: int, gauge: Gauge | None = None, name: str = "compute") -> None:
-        self._pool = ThreadPoolExecutor(threads, thread_name_prefix=name)
+    def __init__(self, threads: int, waiting: int, gauge: Gauge | None = None) -> None:
+        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="compute")
         self._free = asyncio.Semaphore(threads)
         self._most = threads + waiting
         self.held, self._gauge = 0, gauge or Gauge("held", "Slots that are held.", registry=None)

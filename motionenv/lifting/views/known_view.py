@@ -27,12 +27,10 @@ from motionenv.lifting.views._gaussian import (
     common_shape,
     data_terms,
     gaussian,
-    gram_blocks,
     patterns,
     view_factors,
 )
 from motionenv.models.eigenwalkers.fourier_model import FourierModel
-from motionenv.models.eigenwalkers.fourier_series import columns
 
 _SINGULAR = 1e-12  # a pivot below this fraction of its diagonal entry is rounding error
 
@@ -65,44 +63,6 @@ class Reconstruction(OneLine):
             return told
         g = self._gaussian
         return np.where(self.seen[..., None, :, None], told, g.mean + np.tensordot(self.scores, g.components, axes=1))
-
-    @cached_property
-    def covariance(self) -> np.ndarray:
-        """Posterior covariance (..., N, N) [m²] of the scores: the inverse of the normal matrix."""
-        out = np.empty((self.alpha.size, *2 * self.scores.shape[-1:]))
-        factors = view_factors(axes(self.alpha, self.elevation)[..., 2, :].reshape(-1, 3))
-        for seen, rows in patterns(self.seen.reshape(-1, SHAPE[1])):
-            blocks = gram_blocks(self._gaussian.basis[:, 1:], self._gaussian.weights(seen).reshape(-1))
-            normal = np.tensordot(factors[rows], blocks, axes=1) + np.diag(self._gaussian.precision)
-            out[rows] = np.linalg.inv(normal)
-        return out.reshape(*self.alpha.shape, *out.shape[1:])
-
-    @cached_property
-    def unseen(self) -> np.ndarray:
-        """Projectors (..., 15, 3, 3) onto unmeasured directions: ddᵀ of a seen marker, identity of a missing one."""
-        d = axes(self.alpha, self.elevation)[..., 2, :]
-        along = d[..., :, None] * d[..., None, :]
-        return np.where(self.seen[..., None, None], along[..., None, :, :], np.eye(3))
-
-    def marker_covariance(self) -> np.ndarray:
-        """Posterior covariance (..., 15, 5, 3, 5, 3) [m²] of each marker's coefficients.
-
-        The covariance of the scores through the eigenwalkers, plus the model's noise, times its inflation; 0 for
-        measured coordinates, which are kept as they are.
-        """
-        g = self._gaussian
-        away = np.einsum("...mij,nhmj->...nmhi", self.unseen, g.components, optimize=True)
-        flat = np.moveaxis(away.reshape(*away.shape[:-2], -1), -3, -2)  # (..., 15, N, 15)
-        spread = np.swapaxes(flat, -1, -2) @ self.covariance[..., None, :, :] @ flat
-        spread = spread.reshape(*spread.shape[:-2], 5, 3, 5, 3)
-        for h in range(5):
-            spread[..., h, :, h, :] += g.noise[h][:, None, None] * self.unseen
-        return spread * g.inflation[:, None, None, None, None]
-
-    def position_covariance(self, phase: ArrayLike) -> np.ndarray:
-        """Covariance (..., frames, 15, 3, 3) [m²] of each marker's position at `phase` (frames,), ωt [rad]."""
-        waves = columns(np.asarray(phase, dtype=np.float64))
-        return np.einsum("th,...mhigj,tg->...tmij", waves, self.marker_covariance(), waves, optimize=True)
 
 
 def least_squares(
