@@ -15,10 +15,11 @@ import numpy as np
 from scipy.ndimage import binary_erosion
 
 from benchmarks import Arguments, Skipped, headline
-from benchmarks.opengl.engine import EngineError, PyrenderRenderer
 from motionenv.body import from_height
+from motionenv.errors import EngineError
 from motionenv.render import Raycaster, Scene
 from motionenv.render.cameras import view
+from motionenv.render.opengl.engine import PyrenderRenderer
 
 SKELETON = from_height()
 SIZES = ((64, 64), (128, 128), (640, 480))

@@ -32,7 +32,7 @@ __version__ = "0.3.0"
 #: Public names and the modules that hold them.
 _NAMES = {
     "types": "Camera Cycles Frame Markers Motion Points Skeleton",
-    "errors": "FormatError GapError ModelError MotionError",
+    "errors": "EngineError FormatError GapError ModelError MotionError",
     "mocap": "read read_motion retarget write", "mocap.keypoints": "read_points", "body": "from_height markers",
     "cycles": "segment", "models.base": "GaitModel", "models.types": "Walker", "models.eigenwalkers": "Eigenwalkers",
     "models.fpca": "FunctionalPCA", "models.motion_tree": "MotionTree",

@@ -34,6 +34,10 @@ class ModelError(MotionError):
     """A model file of another kind or version, or a model used before `fit`."""
 
 
+class EngineError(MotionError):
+    """A rendering engine can't run here: the message says what to install."""
+
+
 class ExtrapolationWarning(UserWarning):
     """A model was asked for what none of the walks that it learned from shows, such as a very fast walk."""
 

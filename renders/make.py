@@ -35,6 +35,7 @@ class Fixture:
         degrees: view angle α; 0 is the side view, 90 frontal.
         height: of the body [m].
         model: whose walk it is.
+        engine: "raycast" or "pyrender".
         shows: "body", "points" (point lights), or "masks" (limb ids above depth).
     """
 
@@ -43,6 +44,7 @@ class Fixture:
     degrees: float
     height: float = 1.75
     model: str = "walk/fpca"
+    engine: str = "raycast"
     shows: str = "body"
 
 
@@ -54,6 +56,7 @@ FIXTURES = {
     "tall": Fixture("the same walk at 1.95 m, by the same camera", 4, 20, height=1.95),
     "points": Fixture("point lights at the 15 markers", 5, 30, model="walk/eigenwalkers", shows="points"),
     "masks": Fixture("limb ids above depth, brighter is nearer", 6, 60, shows="masks"),
+    "pyrender": Fixture("the walk of `oblique` drawn by OpenGL", 10, 40, engine="pyrender"),
 }
 
 
@@ -75,7 +78,7 @@ def draw(fixture: Fixture, motion: Motion, views: tuple[Camera, ...]) -> Frame:
     if fixture.shows == "points":
         rgb = render_points(markers(motion.poses, motion.skeleton), views, radius=1.6)
         return Frame(rgb, np.empty(0, np.float32), np.empty(0, np.uint8))
-    return render(motion.poses, motion.skeleton, views, scene=SCENE)
+    return render(motion.poses, motion.skeleton, views, scene=SCENE, engine=fixture.engine)
 
 
 def picture(fixture: Fixture, frame: Frame) -> np.ndarray:

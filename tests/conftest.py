@@ -56,12 +56,13 @@ def opengl() -> None:
     """
     import numpy as np
 
-    from benchmarks.opengl.engine import EngineError, PyrenderRenderer
     from motionenv.body import from_height
+    from motionenv.errors import EngineError
+    from motionenv.render import render
     from motionenv.render.cameras import look_at
 
     try:
-        PyrenderRenderer().render(np.zeros(25), from_height(), look_at((4, 0, 1), (0, 0, 1), width=16, height=16))
+        render(np.zeros(25), from_height(), look_at((4, 0, 1), (0, 0, 1), width=16, height=16), engine="pyrender")
     except EngineError as error:
         if os.environ.get("MOTIONENV_REQUIRE_PYRENDER"):
             pytest.fail(f"MOTIONENV_REQUIRE_PYRENDER is set, but: {error}")

@@ -4,10 +4,10 @@ import pickle
 
 import pytest
 
-from motionenv.errors import FormatError, GapError, ModelError, MotionError
+from motionenv.errors import EngineError, FormatError, GapError, ModelError, MotionError
 
 
-@pytest.mark.parametrize("kind", [FormatError, GapError, ModelError])
+@pytest.mark.parametrize("kind", [EngineError, FormatError, GapError, ModelError])
 def test_every_error_is_one_of_ours_and_a_value_error(kind):
     assert issubclass(kind, MotionError)
     assert issubclass(kind, ValueError)
@@ -23,7 +23,7 @@ def test_a_format_error_names_file_and_place_also_after_pickling(where):
         assert (each.path, each.where, each.problem) == ("walks/a.bvh", where, "must be a number, got 'x'")
 
 
-@pytest.mark.parametrize("kind", [MotionError, GapError, ModelError])
+@pytest.mark.parametrize("kind", [MotionError, GapError, ModelError, EngineError])
 def test_plain_errors_survive_pickling_as_what_they_are(kind):
     again = pickle.loads(pickle.dumps(kind("fill the gap")))
     assert (type(again), str(again)) == (kind, "fill the gap")

@@ -111,7 +111,7 @@ def of_workers(quick: bool) -> None:
 
 def against_pyrender(quick: bool) -> None:
     """COCO keypoints at 640 × 480, against a loop with pyrender."""
-    from benchmarks.opengl.engine import PyrenderRenderer
+    from motionenv.render.opengl.engine import PyrenderRenderer
 
     half = 4 if quick else 256
     spec = Specification.read("keypoints").replace(frames=2 * half, output={"shard": 2 * half})

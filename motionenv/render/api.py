@@ -1,17 +1,21 @@
-"""The `render` function."""
+"""The `render` function, common to both engines."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
+from motionenv._core.validation import checked_choice
 from motionenv.render.raycast.engine import Raycaster
 from motionenv.render.scene import Scene
 from motionenv.types import Camera, Frame, Skeleton
 
+#: Allowed values of `engine`.
+ENGINES = ("raycast", "pyrender")
+
 
 def render(
     poses: np.ndarray, skeleton: Skeleton, cameras: Camera | Sequence[Camera], *, scene: Scene | None = None,
-    rgb: bool = True,
+    rgb: bool = True, engine: str = "raycast",
 ) -> Frame:  # fmt: skip
     """Render a body in poses.
 
@@ -24,11 +28,18 @@ def render(
         cameras: one `Camera`, or a sequence of them, all of one image size.
         scene: light, clothes, ground and sky; None uses the defaults.
         rgb: whether to render colours too.
+        engine: "raycast" (exact, fast, needs no graphics library) or "pyrender" (OpenGL).
 
     Returns:
         Images (..., height, width): rgb, depth [m] and limb ids. Use a `Raycaster` for several threads.
 
     Raises:
-        MotionError: a pose has infinite values, or shapes don't broadcast.
+        MotionError: a pose has infinite values, shapes don't broadcast, or there is no such engine.
+        EngineError: pyrender can't run here; the message says what to install.
     """
+    checked_choice(engine, "engine", ENGINES)
+    if engine == "pyrender":
+        from motionenv.render.opengl.engine import shared_renderer
+
+        return shared_renderer(scene).render(poses, skeleton, cameras, rgb=rgb)
     return Raycaster(scene).render(poses, skeleton, cameras, rgb=rgb)

@@ -1,4 +1,4 @@
-"""Validation and batching of the renderer's arguments."""
+"""Validation and batching of the arguments of both renderers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scene description: light, clothes, ground and sky."""
+"""Scene description for both engines: light, clothes, ground and sky."""
 
 from __future__ import annotations
 

@@ -1,8 +1,10 @@
 """`render` is the engine that is asked for, for one picture or many."""
 
 import numpy as np
+import pytest
 
 from motionenv.body import from_height
+from motionenv.errors import MotionError
 from motionenv.render import Raycaster, Scene
 from motionenv.render.api import render
 from motionenv.render.cameras import look_at
@@ -44,3 +46,8 @@ def test_poses_and_cameras_broadcast(walking):
 def test_empty_batch():
     frame = render(np.zeros((0, 25)), SKELETON, camera())
     assert frame.rgb.shape == (0, 64, 64, 3)
+
+
+def test_an_engine_that_there_is_not_is_refused_with_those_that_there_are(walking):
+    with pytest.raises(MotionError, match="engine must be one of raycast, pyrender, got 'opengl'"):
+        render(walking(1), SKELETON, camera(), engine="opengl")

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_erosion
 
-from benchmarks.opengl.engine import PyrenderRenderer
 from motionenv.body import LIMBS, from_height
 from motionenv.render import Scene, render
 from motionenv.render.cameras import look_at, view
@@ -20,19 +19,11 @@ CAMERAS = {
 }
 
 
-def both(poses, skeleton, camera, scene):
-    """Pictures by the ray caster and by OpenGL."""
-    other = PyrenderRenderer(scene)
-    found = render(poses, skeleton, camera, scene=scene), other.render(poses, skeleton, camera)
-    other.close()
-    return found
-
-
 @pytest.mark.parametrize("camera", CAMERAS.values(), ids=CAMERAS)
 @pytest.mark.parametrize("height", [1.55, 1.95])
 def test_same_body(camera, height, walking):
     skeleton = from_height(height)
-    a, b = both(walking(3, height=height), skeleton, camera, PLAIN)
+    a, b = (render(walking(3, height=height), skeleton, camera, scene=PLAIN, engine=e) for e in ("raycast", "pyrender"))
     body, other = a.limbs > 0, b.limbs > 0
     differ = a.limbs != b.limbs
     assert differ.mean() <= 1e-3
@@ -52,7 +43,7 @@ def test_same_body(camera, height, walking):
 def test_same_ground_sky_and_shadow(walking):
     camera = view(0.4, width=320, height=240)
     pose = walking(1)[0]
-    a, b = both(pose, from_height(), camera, Scene(samples=2))
+    a, b = (render(pose, from_height(), camera, scene=Scene(samples=2), engine=e) for e in ("raycast", "pyrender"))
     away = (a.limbs == 0) & (b.limbs == 0)
     difference = np.abs(a.rgb.astype(int) - b.rgb).max(-1)[away]
     assert np.mean(difference) < 8

@@ -10,11 +10,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from benchmarks.opengl.engine import PyrenderRenderer
 from motionenv.body import LIMBS, from_height
 from motionenv.errors import MotionError
 from motionenv.render import Scene
 from motionenv.render.cameras import view
+from motionenv.render.opengl.engine import PyrenderRenderer
 
 SKELETON = from_height()
 CAMERA = view(0.3, width=48, height=48)
@@ -83,9 +83,10 @@ def test_bad_poses_are_refused_before_opengl(renderer):
 
 FORK = """
 import os, sys
-from benchmarks.opengl.engine import EngineError, PyrenderRenderer
 from motionenv.body import from_height
+from motionenv.errors import EngineError
 from motionenv.render.cameras import view
+from motionenv.render.opengl.engine import PyrenderRenderer
 import numpy as np
 renderer = PyrenderRenderer()
 draw = lambda: renderer.render(np.zeros(25), from_height(), view(0.0, width=32, height=32))
@@ -119,14 +120,13 @@ def hidden(self, name, *rest, **more):
     real(self, name, *rest, **more)
 ctypes.CDLL.__init__ = hidden
 import numpy as np
-from benchmarks.opengl.engine import PyrenderRenderer
 from motionenv.body import from_height
 from motionenv.render import render
 from motionenv.render.cameras import view
-asked = np.zeros(25), from_height(), view(0.0, width=16, height=16)
-assert render(*asked).rgb.any()
+call = lambda engine: render(np.zeros(25), from_height(), view(0.0, width=16, height=16), engine=engine)
+assert call("raycast").rgb.any()
 try:
-    PyrenderRenderer().render(*asked)
+    call("pyrender")
 except Exception as error:
     print(type(error).__name__, error)
 """
@@ -140,6 +140,7 @@ def test_without_graphics_libraries_the_error_says_what_to_install(platform):
     assert run.returncode == 0, run.stderr
     assert run.stdout.startswith("EngineError")
     assert "apt-get install --no-install-recommends libegl1 libgl1" in run.stdout
+    assert "raycast" in run.stdout
 
 
 @pytest.mark.usefixtures("opengl")

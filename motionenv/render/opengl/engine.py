@@ -13,19 +13,15 @@ import os
 import weakref
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
 
-from motionenv.errors import MotionError
+from motionenv.errors import EngineError
 from motionenv.render.request import batch, enlarged
 from motionenv.render.scene import Scene
 from motionenv.types import Camera, Frame, Skeleton
-
-
-class EngineError(MotionError):
-    """OpenGL can't run here: the message says what to install."""
 
 
 class PyrenderRenderer:
@@ -76,7 +72,7 @@ class _State:
         self._gl: Any = None
 
     def draw(self, work, skeleton: Skeleton, flat: Frame) -> None:
-        from benchmarks.opengl._scene import GlScene
+        from motionenv.render.opengl._scene import GlScene
 
         height, width = work.size
         if self.offscreen is None:
@@ -124,7 +120,16 @@ def _close(state: _State) -> None:
         thread.submit(state.delete)
 
 
-_INSTALL = "install OpenGL (Debian, Ubuntu: apt-get install --no-install-recommends libegl1 libgl1)"
+@lru_cache(maxsize=4)
+def shared_renderer(scene: Scene | None = None) -> PyrenderRenderer:
+    """The renderer of `motionenv.render.render` for `scene`; a few are cached because contexts are expensive."""
+    return PyrenderRenderer(scene)
+
+
+_INSTALL = (
+    "install OpenGL (Debian, Ubuntu: apt-get install --no-install-recommends libegl1 libgl1), "
+    "or use engine='raycast', which doesn't need it"
+)
 #: Exceptions of pyrender, PyOpenGL and its platforms if OpenGL is missing or broken.
 BROKEN = (ImportError, OSError, AttributeError, ValueError, RuntimeError, AssertionError, TypeError)
 
@@ -144,7 +149,7 @@ class _Thread:
         if self._process != os.getpid():
             raise EngineError(
                 "OpenGL can't be used in this process, because its parent used it before forking: start processes "
-                "with multiprocessing's 'spawn' or 'forkserver'"
+                "with multiprocessing's 'spawn' or 'forkserver', or use engine='raycast'"
             )
         return self._pool.submit(call, *arguments)
 
@@ -185,7 +190,7 @@ def _check_egl() -> None:
         except OSError:
             continue
         return
-    raise EngineError(f"pyrender didn't find EGL: {_INSTALL}")
+    raise EngineError(f"engine='pyrender' didn't find EGL: {_INSTALL}")
 
 
 def _offscreen(width: int, height: int):

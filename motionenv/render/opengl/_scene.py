@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from benchmarks.opengl.engine import load
 from motionenv.body import LIMBS, limb_segments, rounded_cone
 from motionenv.body.gaps import known_limbs
+from motionenv.render.opengl.engine import load
 from motionenv.render.scene import Scene, linear
 from motionenv.types import Camera, Skeleton
 

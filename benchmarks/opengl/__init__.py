@@ -1,1 +1,0 @@
-"""A renderer of OpenGL, by pyrender: the reference for looks, and a peer for speed."""
