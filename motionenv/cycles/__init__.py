@@ -8,10 +8,11 @@ determine remain gaps.
 from motionenv.cycles.offsets import Alignment, align
 from motionenv.cycles.period import Period, estimate_period
 from motionenv.cycles.reference import segment, to_reference
+from motionenv.cycles.registration import Registered, register
 from motionenv.cycles.snr import SNR, snr
 from motionenv.cycles.splines import periodic_basis, spline_basis
 
 __all__ = [
-    "SNR", "Alignment", "Period", "align", "estimate_period", "periodic_basis", "segment", "snr",
-    "spline_basis", "to_reference",
+    "SNR", "Alignment", "Period", "Registered", "align", "estimate_period", "periodic_basis", "register",
+    "segment", "snr", "spline_basis", "to_reference",
 ]  # fmt: skip

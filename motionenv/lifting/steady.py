@@ -91,14 +91,11 @@ def _scatter(points: Points, series: Series) -> np.ndarray:
     """Standard deviation (15,) of a person's motion about its series, in the points' unit.
 
     It is the part of the residuals that lasts from one frame to the next: the rest is noise of the points. Its share
-    is common to all markers, as is the variance of those that aren't seen. Outliers hardly count.
+    is common to all markers, as is the variance of those that aren't seen.
     """
-    off = series.weights[..., None] * (
-        points.upward - series.positions_at(np.arange(len(points.positions)) / points.fps)
-    )
+    off = points.upward - series.positions_at(np.arange(len(points.positions)) / points.fps)
+    off *= np.sqrt(series.weights)[..., None]
     power, *lags = (np.nanmean(off[lag:] * off[: len(off) - lag]) for lag in range(3))
     share = np.clip((4 * lags[0] - lags[1]) / (3 * max(power, 1e-300)), 0.0, 1.0)  # at lag 0 by c(k) = c(0) - a k²
-    seen = np.isfinite(series.rms)
-    squares, counts = np.nansum(off**2, axis=(0, 2)), 2 * (series.weights**2).sum(axis=0)
-    usual = squares[seen].sum() / counts[seen].sum()
-    return np.sqrt(share * np.where(seen, squares / np.maximum(counts, 1e-300), usual))
+    usual = np.sqrt(np.nanmean(series.rms**2))
+    return np.sqrt(share) * np.where(np.isfinite(series.rms), series.rms, usual)

@@ -1,4 +1,4 @@
-"""The components of a functional PCA as a picture; needs the extra `plots`."""
+"""The usual pictures of a functional PCA: modes, scree, scores, residuals. They need the extra `plots`."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motionenv._core.figures import BLUE, ORANGE, new_figure
+from motionenv._core.figures import BLUE, GREY, ORANGE, new_figure
 from motionenv.errors import MotionError
 from motionenv.models.fpca.model import FunctionalPCA
+from motionenv.types import Cycles
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,4 +42,59 @@ def components(fpca: FunctionalPCA, channels: Sequence[str] | None = None, n: in
     for panel in axes[-1]:
         panel.set_xlabel("cycle [%]")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
+    return figure
+
+
+def scree(fpca: FunctionalPCA) -> Figure:
+    """Shares of the model's variance, and the held-out likelihood by number of components if that chose it."""
+    curve = fpca.selection_
+    figure, axes = new_figure(1, 1 if curve is None else 2, (4.0 if curve is None else 8.0, 3.0), sharey="none")
+    panel, shares = axes[0, 0], 100 * fpca.explained_variance_ratio_
+    number = np.arange(1, len(shares) + 1)
+    panel.bar(number, shares, color=GREY, label="each")
+    panel.plot(number, shares.cumsum(), ".-", color=BLUE, label="together")
+    panel.axhline(100 * (1 - fpca.noise_ratio_), color=GREY, linestyle=":", label="all but residuals")
+    panel.set(xlabel="component", ylabel="share of variance [%]", ylim=(0, 100))
+    panel.legend(frameon=False, fontsize="small")
+    if curve is not None:
+        axes[0, 1].errorbar(curve.n_components, curve.score, curve.error, fmt=".-", color=BLUE)
+        axes[0, 1].axvline(curve.best, color=GREY, linestyle="--")
+        axes[0, 1].set(xlabel="components", ylabel="log-likelihood per sample", title="cycles of people left out")
+    return figure
+
+
+def scores(fpca: FunctionalPCA, cycles: Cycles, pair: tuple[int, int] = (0, 1)) -> Figure:
+    """Scores of `cycles` along a `pair` of components, one colour a person, with the SD of what gaps leave open."""
+    if max(pair) >= fpca.n_components_:
+        raise MotionError(f"pair must be two of the components 0 to {fpca.n_components_ - 1}, got {pair}")
+    where, covariance = fpca.transform(cycles, return_cov=True)
+    unsure = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    figure, axes = new_figure(1, 1, (5.0, 4.0))
+    panel, people = axes[0, 0], np.asarray(cycles.subject)
+    for person in np.unique(people):
+        own = people == person
+        (x, y), (dx, dy) = where[own][:, pair].T, unsure[own][:, pair].T
+        panel.errorbar(x, y, dy, dx, fmt=".", elinewidth=0.5, label=str(person))
+    panel.axhline(0, color=GREY, linewidth=0.5)
+    panel.axvline(0, color=GREY, linewidth=0.5)
+    panel.set(xlabel=f"score {pair[0] + 1}", ylabel=f"score {pair[1] + 1}")
+    figure.legend(loc="outside right upper", fontsize="x-small", frameon=False, ncols=1 + len(np.unique(people)) // 20)
+    return figure
+
+
+def residuals(fpca: FunctionalPCA, cycles: Cycles) -> Figure:
+    """What the components leave of `cycles`: its root mean square by channel and phase, over the model's residual SD.
+
+    About 1 everywhere where the model holds; dark spots are where it doesn't.
+    """
+    values = cycles.values[..., [cycles.channels.index(name) for name in fpca.channels_]]
+    left = values - fpca.inverse_transform(fpca.transform(values))
+    count = np.maximum(np.isfinite(left).sum(axis=0), 1)
+    ratio = np.sqrt(np.nansum(left**2, axis=0) / count / fpca.noise_variance_)
+    figure, axes = new_figure(1, 1, (7.0, 0.6 + 0.2 * len(fpca.channels_)))
+    panel = axes[0, 0]
+    picture = panel.imshow(ratio.T, aspect="auto", cmap="Greys", vmin=0, vmax=3, extent=(0, 100, len(ratio.T), 0))
+    panel.set_yticks(np.arange(len(fpca.channels_)) + 0.5, [name.replace("_", " ") for name in fpca.channels_])
+    panel.set(xlabel="cycle [%]")
+    figure.colorbar(picture, label="residual / its SD")
     return figure
