@@ -21,7 +21,7 @@ import numpy as np
 from benchmarks import Arguments
 from benchmarks.captured_walks import SAME_PERSON, read_cmu
 from benchmarks.models.imputation import hide_blocks
-from motionenv import FunctionalPCA, segment
+from motionenv import FunctionalPCA, MultilevelFPCA, segment
 from motionenv.errors import FitWarning
 from motionenv.types import Cycles
 
@@ -97,6 +97,24 @@ def bands(cycles: Cycles, draws: int) -> None:
         print(f"| {title} | {' | '.join(f'{100 * x:.0f} %' for x in np.mean(rows, axis=0))} |")
 
 
+def levels(cycles: Cycles, numbers) -> None:
+    """People left out by what their strides share: cycles for themselves, and people's covariance raw and shrunk."""
+    print("\n| log-likelihood per person left out, over that of independent cycles | seconds | ICC | noise |")
+    print("|-|-|-|-|")
+    who = np.array(cycles.subject)
+    for q in numbers:
+        for shrinkage in (0.0, "likelihood", np.inf):
+            start = time.perf_counter()
+            whole = MultilevelFPCA(q, shrinkage=shrinkage).fit(cycles)
+            seconds, gains = time.perf_counter() - start, []
+            for person in np.unique(who):
+                model = MultilevelFPCA(q, shrinkage=shrinkage).fit(cycles[who != person])
+                alone = model.fpca_.score_samples(cycles[who == person]).sum()
+                gains.append(model.effects(cycles[who == person])[1].log_p - alone)
+            title = f"q = {q}, shrinkage {shrinkage} ({whole.shrinkage_:g}): {np.mean(gains):.1f}"
+            print(f"| {title} | {seconds:.2f} | {whole.icc_:.2f} | {whole.noise_ratio_:.2f} |", flush=True)
+
+
 def main() -> None:
     """Print the tables."""
     parser = Arguments(__doc__, mocap=("cmu_asfamc",))
@@ -109,6 +127,7 @@ def main() -> None:
     print(f"{len(cycles)} cycles of {len(set(cycles.subject))} people, {np.isnan(cycles.values).mean():.0%} missing")
     shares(cycles, (2,) if arguments.quick else (2, 5, 10, 20))
     likelihood(cycles, (1,) if arguments.quick else (1, 2, 3, 4, 5, 8, 12))
+    levels(cycles, (2,) if arguments.quick else (5, 10, 20))
     bands(cycles, arguments.draws)
 
 

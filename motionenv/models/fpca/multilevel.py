@@ -1,0 +1,291 @@
+"""Functional principal components between and within people (Di, Crainiceanu, Caffo & Punjabi 2009)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from motionenv._core.estimator import Estimator
+from motionenv._core.principal_axes import signs
+from motionenv._core.validation import random_generator
+from motionenv.errors import GapError, ModelError, MotionError
+from motionenv.models.fpca.model import FunctionalPCA
+from motionenv.models.fpca.variance_components import Effects, Evidence, effects, fit_covariances
+from motionenv.models.storage.model_file import StoredModel
+from motionenv.types import Cycles
+
+STRENGTHS = (0.0, 3.0, 10.0, 30.0, 100.0, np.inf)  # of shrinkage, to choose from
+FOLDS = 5  # of people
+LOOSE = 1e-3  # tolerance of fits that only choose
+
+
+class Nesting(NamedTuple):
+    """Who made which stride."""
+
+    people: tuple[str, ...]  # labels
+    parents: tuple[np.ndarray, ...]  # each stride's person; or each trial's person, and each stride's trial
+    levels: tuple[str, ...]
+
+
+class MultilevelFPCA(Estimator, StoredModel):
+    r"""A stride is x(τ) = μ(τ) + B_person(τ) + T_trial(τ) + W_stride(τ) + r(τ), each effect with components of its own.
+
+    The space of all effects is that of a `FunctionalPCA`'s components, and r its residual. In that space each level has
+    a covariance, found by maximum likelihood from strides with gaps and any number of strides of each person, who count
+    as people and not as strides in the mean (`motionenv.models.fpca.variance_components`). Where every person has one
+    stride, levels can't be told apart.
+
+    With few people, their covariance is mostly noise: correlations of scores are shrunk to zero as far as makes people
+    left out most likely.
+
+    Args:
+        n_components: of the space of effects; a number, a share or "likelihood", as of `FunctionalPCA`.
+        n_harmonics, residual_harmonics, least_seen: as of `FunctionalPCA`.
+        shrinkage: as many people as the guess that scores are uncorrelated is worth: from 0, for the most likely
+            covariances, to infinity; or "likelihood", for what is best for people left out in folds (`selection_`).
+        tol: stop when an iteration gains less than this log-likelihood for each stride.
+        max_iter: greatest number of iterations.
+
+    Attributes:
+        levels_: "people", "trials" (if people have several, and they have several strides) and "strides".
+        fpca_: the `FunctionalPCA` whose components span the space.
+        mean_: (P, m) mean of people.
+        covariances_: (levels, q, q) of each level's effects, in units of the standard deviations of `fpca_`'s scores.
+        explained_variance_: (levels, q) variances of each level's components [squared units, summed over samples].
+        components_: (levels, q, P, m) orthonormal within their level, by falling variance.
+        variance_ratio_: (levels,) share of each level in the model's variance; with `noise_ratio_` they sum to 1.
+        icc_: the functional intraclass correlation: the share of people in the variance without noise (Di et al. 2009).
+        icc_curve_: (P, m) the same at each phase of each channel.
+        selection_: log-likelihood per sample of people left out, by shrinkage, if that was chosen by it; else None.
+        shrinkage_: what was used.
+        n_iter_, converged_: number of iterations, and whether they reached `tol`.
+        card_: the model card.
+    """
+
+    kind = "multilevel-fpca"
+
+    def __init__(
+        self, n_components: int | float | str = 10, n_harmonics: int = 20, residual_harmonics: int = 12,
+        least_seen: float = 0.5, shrinkage: float | str = "likelihood", tol: float = 1e-5, max_iter: int = 1000,
+    ) -> None:  # fmt: skip
+        self.n_components, self.n_harmonics, self.residual_harmonics = n_components, n_harmonics, residual_harmonics
+        self.least_seen, self.shrinkage, self.tol, self.max_iter = least_seen, shrinkage, tol, max_iter
+        self.card_: dict = {}
+
+    def fit(
+        self, cycles: Cycles | ArrayLike, y: None = None, *, subjects: Sequence | None = None,
+        trials: Sequence | None = None,
+    ) -> Self:  # fmt: skip
+        """Estimate mean, covariances and components of each level from `cycles`.
+
+        Args:
+            cycles: `Cycles`, or an array (K, P, m), NaN where missing.
+            y: no effect.
+            subjects: the person's label of each cycle of an array. `Cycles` have their own.
+            trials: the trial of each cycle of an array; None doesn't tell trials apart. `Cycles` have their own.
+
+        Raises:
+            MotionError: as of `FunctionalPCA.fit`, or nobody has two strides, or there is only one person.
+        """
+        strength = self.shrinkage
+        if strength != "likelihood" and not (isinstance(strength, int | float) and strength >= 0):
+            raise MotionError(f'shrinkage must be a number from 0 on or "likelihood", got {strength!r}')
+        fpca = FunctionalPCA(
+            self.n_components, self.n_harmonics, residual_harmonics=self.residual_harmonics, least_seen=self.least_seen
+        )
+        self.fpca_ = fpca.fit(cycles, subjects=subjects)
+        values, people, chosen = _values(fpca, cycles, subjects)
+        nesting = nest(people, chosen if trials is None else trials)
+        strides = np.bincount(_persons(nesting))
+        if len(strides) < 2 or strides.max() < 2:
+            raise MotionError("levels need at least two people, and somebody with two strides")
+        self.selection_ = None
+        if isinstance(strength, str):
+            self.selection_ = _held_out(fpca, values, nesting)
+            strength = max(self.selection_, key=self.selection_.__getitem__)
+        self.levels_, self.shrinkage_ = nesting.levels, float(strength)
+        found = fit_covariances(evidence(fpca, values), nesting.parents, strength, self.tol, self.max_iter)
+        self.covariances_, self.shift_ = found.covariances, found.shift
+        self.n_iter_, self.converged_ = found.n_iter, found.converged
+        self._set()
+        return self
+
+    def effects(
+        self, cycles: Cycles | ArrayLike, subjects: Sequence | None = None, trials: Sequence | None = None
+    ) -> tuple[tuple[str, ...], Effects]:
+        """People's labels, and what `cycles` tell of the effects of each level: of people of the model or of others.
+
+        Means (n, q) and covariances (n, q, q) of a level's effects are in the units of `covariances_`; `curves` draws
+        them. `cycles`, `subjects`, `trials` and errors are as of `fit`.
+        """
+        self._check_fitted()
+        values, people, chosen = _values(self.fpca_, cycles, subjects)
+        nesting = nest(people, chosen if trials is None else trials, self.levels_)
+        told = effects(evidence(self.fpca_, values), nesting.parents, self.covariances_, self.shift_)
+        return nesting.people, told
+
+    def curves(self, latents: ArrayLike) -> np.ndarray:
+        """Curves (..., P, m) of effects `latents` (..., q), as of `effects`."""
+        self._check_fitted()
+        return np.tensordot(np.asarray(latents, dtype=float), self._loadings(), axes=1)
+
+    def score(
+        self, cycles: Cycles | ArrayLike, y: None = None, *, subjects: Sequence | None = None,
+        trials: Sequence | None = None,
+    ) -> float:  # fmt: skip
+        """Log-likelihood per seen sample, of the strides of each person together.
+
+        `cycles`, `subjects` and `trials` are as of `fit`; `y` has no effect.
+
+        Raises:
+            GapError: no sample at all.
+        """
+        values, *_ = _values(self.fpca_, cycles, subjects)
+        if not np.isfinite(values).any():
+            raise GapError("these cycles have no samples, so the model can't be scored on them")
+        return self.effects(cycles, subjects, trials)[1].log_p / int(np.isfinite(values).sum())
+
+    def sample(
+        self, people: int, strides: int, seed: int | np.random.Generator | None = None, *, noise: bool = True
+    ) -> np.ndarray:
+        """Draw `strides` of each of `people`, all of one trial: (people, strides, P, m); `seed` is an int or Generator.
+
+        With `noise` they vary as what was seen; without, they are smooth walks.
+        """
+        self._check_fitted()
+        rng, q = random_generator(seed), self.covariances_.shape[1]
+        roots = np.linalg.cholesky(self.covariances_ + 1e-12 * np.eye(q))
+        upper = sum(rng.standard_normal((people, 1, q)) @ root.T for root in roots[:-1])
+        drawn = self.mean_ + self.curves(upper + rng.standard_normal((people, strides, q)) @ roots[-1].T)
+        if noise:
+            residuals = self.fpca_._distribution(self.fpca_.mean_[None]).draw_residuals(people * strides, rng)
+            drawn += residuals.reshape(drawn.shape)
+        return drawn
+
+    def describe(self) -> dict[str, Any]:
+        """JSON-serialisable description: `FunctionalPCA.describe` of the space, and each level's share."""
+        self._check_fitted()
+        levels = dict(zip(self.levels_, self.variance_ratio_.tolist(), strict=True))
+        return self.fpca_.describe() | {
+            "kind": self.kind, "card": self.card_, "levels": levels, "residuals": self.noise_ratio_, "icc": self.icc_,
+            "shrinkage": self.shrinkage_,
+        }  # fmt: skip
+
+    def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
+        """Arrays and JSON-serialisable settings from which `from_arrays` restores the model."""
+        self._check_fitted()
+        arrays, meta = self.fpca_.to_arrays()
+        settings = self.get_params() | ({"shrinkage": self.shrinkage_} if np.isfinite(self.shrinkage_) else {})
+        own = {"covariances": self.covariances_, "shift": self.shift_}
+        return arrays | own, {"fpca": meta, "settings": settings, "levels": self.levels_}
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict[str, Any]) -> MultilevelFPCA:
+        """As `ModelFile.from_arrays`, from `arrays` and `meta`."""
+        model = cls(**meta["settings"])
+        model.fpca_, model.levels_ = FunctionalPCA.from_arrays(arrays, meta["fpca"]), tuple(meta["levels"])
+        model.covariances_, model.shift_ = arrays["covariances"], arrays["shift"]
+        q = model.fpca_.n_components_
+        if model.covariances_.shape != (len(model.levels_), q, q) or model.shift_.shape != (q,):
+            raise ModelError(f"covariances have shape {model.covariances_.shape}: fit the model again")
+        model._set()
+        return model
+
+    def _check_fitted(self) -> None:
+        if not hasattr(self, "covariances_"):
+            raise ModelError("this MultilevelFPCA is not fitted: call fit(cycles) first, or motionenv.load(path)")
+
+    def _loadings(self) -> np.ndarray:
+        return self.fpca_.components_ * np.sqrt(self.fpca_.explained_variance_)[:, None, None]
+
+    def _set(self) -> None:
+        """Components and shares of variance, from the covariances."""
+        loadings = self._loadings()
+        self.mean_ = self.fpca_.mean_ + np.tensordot(self.shift_, loadings, axes=1)
+        scale = np.sqrt(self.fpca_.explained_variance_)
+        values, axes = np.linalg.eigh(self.covariances_ * scale[:, None] * scale)
+        self.explained_variance_ = np.maximum(values[:, ::-1], 0.0)
+        found = np.einsum("lij,ipm->ljpm", axes[:, :, ::-1], self.fpca_.components_)
+        sign = np.stack([signs(level.reshape(len(level), -1)) for level in found])
+        self.components_ = found * sign[:, :, None, None]
+        by_level, noise = self.explained_variance_.sum(axis=1), self.fpca_._noise_total()
+        self.variance_ratio_ = by_level / (by_level.sum() + noise)
+        self.noise_ratio_ = float(noise / (by_level.sum() + noise))
+        self.icc_ = float(by_level[0] / by_level.sum())
+        pointwise = np.einsum("lij,ipm,jpm->lpm", self.covariances_, loadings, loadings)
+        total = pointwise.sum(axis=0)
+        self.icc_curve_ = np.divide(pointwise[0], total, out=np.zeros_like(total), where=total > 0)
+
+
+def evidence(fpca: FunctionalPCA, values: np.ndarray) -> Evidence:
+    """What cycles `values` (K, P, m) tell of their latents: scores of `fpca` in standard deviations."""
+    found = fpca._distribution(fpca.mean_[None]).infer(values, np.zeros(len(values), dtype=np.int64))
+    precision = np.linalg.inv(found.covariance)
+    linear = (precision @ found.z[..., None])[..., 0]
+    constant = found.log_p - 0.5 * (found.z * linear).sum(axis=1) + 0.5 * np.linalg.slogdet(precision)[1]
+    return Evidence(precision - np.eye(found.z.shape[1]), linear, constant)
+
+
+def nest(people: Sequence[str], trials: Sequence | np.ndarray | None, levels: Sequence[str] | None = None) -> Nesting:
+    """Who made which stride, from labels of people and trials (K,).
+
+    Trials are a level, unless `levels` says otherwise, if there are more than people and fewer than strides.
+    """
+    labels, who = np.unique(np.asarray(people, dtype=str), return_inverse=True)
+    pairs = np.zeros((0, 2), dtype=int)
+    if trials is not None:
+        number = np.unique(np.asarray(trials), return_inverse=True)[1]
+        pairs, which = np.unique(np.stack([who, number], axis=1), axis=0, return_inverse=True)
+    apart = len(labels) < len(pairs) < len(who) if levels is None else "trials" in levels
+    if not apart:
+        return Nesting(tuple(labels.tolist()), (who,), ("people", "strides"))
+    if not len(pairs):
+        raise MotionError("this model tells trials apart: give the trial of each stride with trials=")
+    return Nesting(tuple(labels.tolist()), (pairs[:, 0], which.reshape(-1)), ("people", "trials", "strides"))
+
+
+def _persons(nesting: Nesting) -> np.ndarray:
+    """The number of each stride's person."""
+    own = nesting.parents[0]
+    for parents in nesting.parents[1:]:
+        own = own[parents]
+    return own
+
+
+def _values(fpca: FunctionalPCA, cycles, subjects) -> tuple[np.ndarray, Sequence[str], np.ndarray | None]:
+    """Values (K, P, m), people's labels, and numbers of trials if `cycles` have any."""
+    values, _ = fpca._checked(cycles)
+    if isinstance(cycles, Cycles):
+        return values, cycles.subject, cycles.sequence
+    return values, [str(s) for s in (range(len(values)) if subjects is None else subjects)], None
+
+
+def _held_out(fpca: FunctionalPCA, values: np.ndarray, nesting: Nesting) -> dict[float, float]:
+    """Log-likelihood per sample of people left out in folds, by strength of shrinkage."""
+    who, gained, samples = _persons(nesting), dict.fromkeys(STRENGTHS, 0.0), 0
+    folds = min(FOLDS, len(nesting.people))
+    for fold in range(folds):
+        out = who % folds == fold
+        others = fpca.of_others(fpca.n_components_, values[~out], [str(one) for one in who[~out]], LOOSE)
+        kept, left = _part(nesting, ~out), _part(nesting, out)
+        told, new = evidence(others, values[~out]), evidence(others, values[out])
+        samples += int(np.isfinite(values[out]).sum())
+        start = None
+        for strength in STRENGTHS:
+            found = fit_covariances(told, kept, strength, LOOSE, 200, start)
+            gained[strength] += effects(new, left, found.covariances, found.shift).log_p
+            start = found.covariances
+    return {strength: gain / samples for strength, gain in gained.items()}
+
+
+def _part(nesting: Nesting, strides: np.ndarray) -> tuple[np.ndarray, ...]:
+    """The parents of some of the `strides` (K,), numbered anew."""
+    parents, kept = [], strides
+    for own in reversed(nesting.parents):
+        numbers, renumbered = np.unique(own[kept], return_inverse=True)
+        parents.append(renumbered)
+        kept = numbers
+    return tuple(parents[::-1])
