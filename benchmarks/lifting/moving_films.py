@@ -96,7 +96,7 @@ def moving_film(kind: str, joints: np.ndarray, rng: np.random.Generator, texture
     return MovingFilm(pictures, cameras, joints)
 
 
-def boxes(points: np.ndarray, width: float, height: float) -> list[np.ndarray]:
+def boxes(points: np.ndarray) -> list[np.ndarray]:
     """Boxes (1, 4) around a person's points (T, 15, 2), a tenth wider on each side, in each frame."""
     low, high = np.nanmin(points, axis=1), np.nanmax(points, axis=1)
     edge = 0.1 * (high - low).max(axis=1, keepdims=True)

@@ -114,7 +114,7 @@ class Fit:
         agree: share of the blocks that are where the turn puts them, along their strongest slopes.
         blocks: how many have structure enough to tell.
         noise: robust deviation of the pixels' residuals.
-        loss: half the sum of the squared residuals, in deviations, with robust weights.
+        loss: half the squared residuals, in deviations and with robust weights: their mean times the key's pixels.
     """
 
     agree: float
@@ -138,4 +138,5 @@ def fit_of(view: View, key: View, turn: Rotation, inner: np.ndarray, noise: floa
     shift = (np.cos(direction) * xr + np.sin(direction) * yr)[tells] / strongest[tells]
     agree = float((np.abs(shift) < _OFF).mean()) if len(shift) else 0.0
     square = (r / noise) ** 2
-    return Fit(agree, len(shift), noise, float(0.5 * (square / (1 + square / _TAIL**2)).sum()))
+    loss = 0.5 * square / (1 + square / _TAIL**2)
+    return Fit(agree, len(shift), noise, float(loss.mean() * len(rays)) if len(r) else np.inf)
