@@ -4,12 +4,12 @@
 
 Films of Bandai-Namco's turns in a room of structure (`moving_films`), compressed as MP4, by a camera that stands,
 shakes in a hand (0.5 degrees rms, 1 to 3 Hz), pans, shakes and sways by 7 mm, walks beside the person, or zooms.
-People's boxes are those of their true joints. "Off" is the rms angle [degrees] between found and true rotations, their mean offset removed, with
-the focal length known and with one found from the film ("focal": its relative error). The lifter gets true projections
-with a detector's errors (`DetectorErrors`), the intrinsics, and how far the camera looks down on average: "as filmed",
-"steadied", and "tripod", the points of a camera that stands still. MPJPE as in `free_walking`; "knee" and "thigh" are
-mean absolute errors [degrees] of the knee's flexion and of the thigh's angle to the vertical, "speed" is that of the
-pelvis' velocity in the ground plane [m/s].
+People's boxes are those of their true joints. "Off" is the rms angle [degrees] between found and true rotations, their
+mean offset removed, with the focal length known, and with one found from the film; "focal" is the error of that. The
+lifter gets true projections with a detector's errors (`DetectorErrors`), the intrinsics, and how far the camera looks
+down on average: "as filmed", "steadied", and "tripod", the points of a camera that stands still. MPJPE as in
+`free_walking`; "knee" and "thigh" are mean absolute errors [degrees] of the knee's flexion and of the thigh's angle to
+the vertical, "speed" is that of the pelvis over the ground [m/s].
 
 Real films are those of Pose2Sim, whose cameras stand: as they are, and as a camera would see them that turns within
 their pictures by known rotations, with boxes around what moves. Thresholds were chosen on films of CMU's walks.
