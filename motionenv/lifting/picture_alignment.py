@@ -108,19 +108,12 @@ def _residuals(view: View, turn: Rotation, inner: np.ndarray, level: int, rays, 
 
 @dataclass(frozen=True)
 class Fit:
-    """How well a turn aligns two pictures.
+    """How well a turn aligns two pictures."""
 
-    Attributes:
-        agree: share of the blocks that are where the turn puts them, along their strongest slopes.
-        blocks: how many have structure enough to tell.
-        noise: robust deviation of the pixels' residuals.
-        loss: half the squared residuals, in deviations and with robust weights: their mean times the key's pixels.
-    """
-
-    agree: float
-    blocks: int
-    noise: float
-    loss: float
+    agree: float  # share of the blocks that are where the turn puts them, along their strongest slopes
+    blocks: int  # that have structure enough to tell
+    noise: float  # robust deviation of the pixels' residuals
+    loss: float  # half the squared residuals in deviations, with robust weights: their mean times the key's pixels
 
 
 def fit_of(view: View, key: View, turn: Rotation, inner: np.ndarray, noise: float = np.inf) -> Fit:

@@ -93,7 +93,7 @@ def camera_motion(
     Args:
         frames: pictures, uint8 (height, width, 3), one after the other.
         people: for each frame the boxes (n, 4) of people, x0, y0, x1, y1 [pixels], which are left out. Without them,
-            people may cover half of the background.
+            they may cover a third of the picture.
         inner: intrinsics (3, 3) [pixels]; None finds the focal length by the turns.
         width: of the pictures in whose pixels `people` and `inner` are [pixels]; None is that of the frames.
             Frames 256 pixels wide or high are large enough.
@@ -118,7 +118,7 @@ class _Track:
     """The camera's orientation in each of the `frames`; arguments are those of `camera_motion`."""
 
     def __init__(self, frames: Iterable[np.ndarray], people, inner: np.ndarray | None, width: int | None) -> None:
-        self.people, self.whole, self.width = people, inner, width
+        self.people, self.given, self.width = people, inner, width
         self.poses: list[Rotation] = []
         self.fits: list[Fit] = []
         self.keys: list[tuple[View, Rotation]] = []
@@ -167,10 +167,9 @@ class _Track:
         high, wide = picture.shape[:2]
         width = round(wide * min(1.0, _SIDE / max(high, wide)))
         scale = width / (self.width or wide)
-        if self.whole is None:
-            x, y = np.array([wide, high]) * (self.width or wide) / wide
-            focal = _FOCAL * max(x, y)
-            self.whole = np.array([[focal, 0, x / 2 - 0.5], [0, focal, y / 2 - 0.5], [0, 0, 1]])
+        x, y = width / scale, high * width / wide / scale
+        guess = np.array([[_FOCAL * max(x, y), 0, x / 2 - 0.5], [0, _FOCAL * max(x, y), y / 2 - 0.5], [0, 0, 1]])
+        self.whole = guess if self.given is None else self.given
         self.inner = self.whole * [[scale], [scale], [1]]
         self.inner[:2, 2] += 0.5 * (scale - 1)
         if self.people is not None and len(self.people) <= len(self.poses):
