@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, map_coordinates
+from scipy.ndimage import find_objects, gaussian_filter1d, label, map_coordinates, uniform_filter
 from scipy.spatial.transform import Rotation
 
 from benchmarks import Arguments
@@ -122,15 +122,13 @@ def row(path: Path, name: str, motion: CameraMotion, true: np.ndarray) -> str:
 
 
 def moving(frames: list[np.ndarray]) -> list[np.ndarray]:
-    """Boxes (1, 4) around what differs from the median picture, in each frame."""
+    """Boxes (n, 4) around what differs from the median picture, in each frame."""
     typical = np.median(frames[:: max(1, len(frames) // 15)], axis=0)
     out = []
     for frame in frames:
-        rows, columns = (
-            np.flatnonzero((np.abs(frame - typical).max(axis=-1) > _MOVED).mean(axis=a) > 0.02) for a in (1, 0)
-        )
-        found = len(rows) and len(columns)
-        out.append(np.array([[columns[0], rows[0], columns[-1], rows[-1]]] if found else []).reshape(-1, 4))
+        differs = uniform_filter((np.abs(frame - typical).max(axis=-1) > _MOVED).astype(np.float32), 9) > 0.3
+        found = [part for part in find_objects(label(differs)[0]) if part[0].stop - part[0].start > 0.05 * len(frame)]
+        out.append(np.array([[c.start, r.start, c.stop, r.stop] for r, c in found]).reshape(-1, 4))
     return out
 
 
