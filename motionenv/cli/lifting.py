@@ -26,6 +26,7 @@ from motionenv.types import MARKERS, Points
 _POINTS = {".json"}
 _FILMS = {".avi", ".m4v", ".mkv", ".mov", ".mp4", ".webm"}
 _WITH_GAPS = {".c3d", ".csv", ".npz", ".trc"}
+_SEEN = 256  # [pixels] width of a film in which the camera's motion is looked for
 _PELVIS = MARKERS.index("pelvis")
 
 
@@ -74,7 +75,8 @@ def lift(
         )
     known = _camera(camera, which)
     if points.suffix.lower() in _FILMS:
-        loaded = _of_film(points, weights, person, {"project": project, "fps": fps, "unit": unit, "size": size})
+        others = {"project": project, "fps": fps, "unit": unit, "size": size}
+        loaded, known = _of_film(points, weights, person, others, known)
     else:
         loaded = _read(points, project, elevation, fps, unit, of_detector)
     with err.status("lifting") as status:
@@ -117,15 +119,43 @@ def _camera(path: Path | None, which: str | None) -> dict:
     return {"camera": read_camera(path, which), "distortion": read_distortion(path, which)}
 
 
-def _of_film(film: Path, weights, person: int | None, others: dict) -> Points:
-    """Points of a person detected in a film; refuses `others`, options of files of points."""
+def _of_film(film: Path, weights, person: int | None, others: dict, known: dict) -> tuple[Points, dict]:
+    """Points of a person detected in a film, as a camera that stands still would see them, and what is known of that.
+
+    Refuses `others`, options of files of points.
+    """
     from motionenv.mocap.keypoints.people import chosen
     from motionenv.mocap.keypoints.points2d import points_of
 
     if given := [name for name, value in others.items() if value is not None]:
         raise MotionError(f"--{given[0]} is only for files of points; {film.name} is a film: omit it")
     tracks, frames, fps = detected(film, weights)
-    return points_of(film, [chosen(film, tracks, person)], frames, fps)[0]
+    return _steadied(film, tracks, points_of(film, [chosen(film, tracks, person)], frames, fps)[0], known)
+
+
+def _steadied(film: Path, tracks: list, points: Points, known: dict) -> tuple[Points, dict]:
+    """The points without the camera's turns, and what is known of the camera then; tells how it moves."""
+    from motionenv.lifting import camera_motion
+    from motionenv.mocap.keypoints.people import boxes
+    from motionenv.render.video.decode import Film, video_info
+
+    width, camera = video_info(film).width, known.get("camera")
+    with err.status("looking for the camera's motion"):
+        motion = camera_motion(
+            Film(film, _SEEN), boxes(tracks, len(points.positions)), None if camera is None else camera.K, width=width
+        )
+    if motion.kind == "unknown":
+        note("the background has too little structure to tell whether the camera moves: it's assumed to stand still")
+    if motion.doubtful:
+        note(
+            f"warning: the camera moves, and perhaps not only turns ({motion.agree:.0%} of the background agree with "
+            "turns), so paths, speeds and contacts may not hold: use a tripod, or turn it without walking or zooming"
+        )
+    if motion.kind != "turns":
+        return points, known
+    note(f"the camera turns by up to {motion.degrees:.1f} degrees from the first frame, which is taken out")
+    steady = motion.steadied(points, distortion=known.get("distortion"), level=camera is None)
+    return steady, {"camera": motion.inner if camera is None else camera}
 
 
 def _read(path: Path, project: str | None, elevation: str, fps, unit, of_detector: dict):

@@ -11,19 +11,22 @@
 
 `lift` runs the whole pipeline. `free` fits any motion frame by frame. For straight, steady walks (Zhang & Troje 2007,
 "paper B", and extensions) `fourier_fit` fits a 2D Fourier series to the points; `views.known_view` and
-`views.unknown_view` hold the paper's estimators, which work on that series.
+`views.unknown_view` hold the paper's estimators, which work on that series. `camera_motion` finds how a film's camera
+turns.
 """
 
 from motionenv.lifting.fourier_fit import Series, fourier_points
 from motionenv.lifting.free.lifter import FreeFit, OtherMotion, fit_freely
 from motionenv.lifting.pipeline import Lifted, OtherView, lift
 from motionenv.lifting.posterior import MISFIT_LIMIT, WalkPosterior
+from motionenv.lifting.turning_camera import CameraMotion, camera_motion
 from motionenv.lifting.view_geometry import project_markers
 from motionenv.lifting.views.known_view import Reconstruction, least_squares, maximum_a_posteriori
 from motionenv.lifting.views.unknown_view import Views, find_view
 
 __all__ = [
     "MISFIT_LIMIT",
+    "CameraMotion",
     "FreeFit",
     "Lifted",
     "OtherMotion",
@@ -32,6 +35,7 @@ __all__ = [
     "Series",
     "Views",
     "WalkPosterior",
+    "camera_motion",
     "find_view",
     "fit_freely",
     "fourier_points",

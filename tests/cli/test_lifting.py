@@ -5,10 +5,12 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 from scipy.spatial.transform import Rotation
 
 import motionenv
 from motionenv.body import markers
+from motionenv.cli.lifting import _steadied
 from motionenv.lifting import project_markers
 from motionenv.metrics import pelvis_mpjpe
 from motionenv.mocap.keypoints import DetectorErrors
@@ -175,3 +177,24 @@ def test_a_film_is_detected_and_what_it_lacks_is_told(run, tmp_path, monkeypatch
     ):
         result = run("lift", *args, "--out", "walk.bvh")
         assert (result.code, says in result.err.replace("\n", " ")) == (2, True), result.err
+
+
+def test_turns_of_a_films_camera_are_taken_out_and_others_are_told(tmp_path, capsys):
+    rng = np.random.default_rng(5)
+    wall = gaussian_filter(rng.standard_normal((300, 500)), 2)
+    wall = 128 + 40 * wall / wall.std()
+    detected = np.column_stack([rng.uniform(60, 90, (15, 2)), np.ones(15)])
+    points = Points(np.tile(detected[:, :2], (20, 1, 1)), 20, "px")
+    for shift, says in ((0.0, ""), (2.0, "the camera turns by up to"), (None, "too little structure")):
+        left = np.round((shift or 0) * np.arange(20)).astype(int)
+        seen = np.stack([wall[50:242, 100 + x : 356 + x] for x in left]) * (shift is not None)
+        film = np.repeat(seen[..., None], 3, axis=-1).clip(0, 255).astype(np.uint8)
+        write_video(tmp_path / "film.mp4", film, 20)
+        steady, known = _steadied(tmp_path / "film.mp4", [dict.fromkeys(range(20), detected)], points, {})
+        assert says in " ".join(capsys.readouterr().err.split())
+        moved = (steady.positions - points.positions).mean(axis=1)
+        if shift:
+            np.testing.assert_allclose(np.diff(moved[:, 0]), shift, atol=0.4)
+            assert known["camera"].shape == (3, 3)
+        else:
+            assert (steady is points, known) == (True, {})

@@ -61,7 +61,7 @@ def rays_of(
     rotation = np.stack([one.R for one in cameras])
     flat = np.concatenate([pixels, np.ones((*pixels.shape[:-1], 1))], axis=-1) @ inverse.swapaxes(1, 2)
     if distortion is not None:
-        flat[..., :2] = _undistorted(flat[..., :2], distortion)
+        flat[..., :2] = undistorted(flat[..., :2], distortion)
     directions = flat @ rotation
     directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
     origins = np.broadcast_to(np.stack([one.centre for one in cameras]), (frames, 3))
@@ -84,7 +84,7 @@ def _checked_intrinsics(inner: np.ndarray) -> np.ndarray:
     return inner
 
 
-def _undistorted(points: np.ndarray, distortion: Sequence[float]) -> np.ndarray:
+def undistorted(points: np.ndarray, distortion: Sequence[float]) -> np.ndarray:
     """Ideal image points (..., 2) of distorted ones, by the fixed-point iteration of OpenCV's model."""
     given = np.asarray(distortion, dtype=float)
     if given.shape not in ((4,), (5,), (8,)) or not np.isfinite(given).all():

@@ -13,6 +13,7 @@ Track = dict[int, np.ndarray]
 _MOST_PEOPLE = 100  # most people in one image
 _STRIDE = 1.0  # most movement between detections, relative to the person's size
 _LOST = 30  # frames after which a track ends
+_AROUND = 0.1  # space around keypoints in which the person is, relative to the larger side of their box
 _RIVAL = 0.25  # length of another track, relative to the longest, from which the choice is ambiguous
 
 
@@ -47,6 +48,18 @@ def followed(path: str | Path, found: list[tuple]) -> list[Track]:
 def weight(track: Track) -> float:
     """Duration of a track weighted by confidence [frames]."""
     return float(np.sum([np.clip(keypoints[:, 2], 0, 1).mean() for keypoints in track.values()]))
+
+
+def boxes(tracks: list[Track], frames: int) -> list[np.ndarray]:
+    """Boxes (n, 4) around the people of each frame: x0, y0, x1, y1, a tenth of the height more than the keypoints."""
+    found: list[list] = [[] for _ in range(frames)]
+    for track in tracks:
+        for frame, keypoints in track.items():
+            seen = keypoints[keypoints[:, 2] > 0, :2]
+            if len(seen) and frame < frames:
+                low, high = seen.min(axis=0), seen.max(axis=0)
+                found[frame].append([*(low - _AROUND * (high - low).max()), *(high + _AROUND * (high - low).max())])
+    return [np.reshape(each, (-1, 4)) for each in found]
 
 
 def chosen(path: str | Path, tracks: list[Track], person: int | None) -> Track:

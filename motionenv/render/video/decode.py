@@ -58,6 +58,18 @@ def read_frames(
     return _read(Path(path), fps, width, seconds)
 
 
+@dataclass(frozen=True)
+class Film:
+    """The frames of the video at `path`, scaled to a `width` [pixels], to be read as often as wanted."""
+
+    path: str | Path
+    width: int
+    seconds: float = 3600.0
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        return read_frames(self.path, width=self.width, seconds=self.seconds)
+
+
 def narrowed(picture: np.ndarray, width: int) -> np.ndarray:
     """An image, uint8 (height, width, 3), scaled to another width [pixels] like the frames of `read_frames`."""
     return _rgb(av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24"), width)

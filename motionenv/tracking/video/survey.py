@@ -9,13 +9,13 @@ import numpy as np
 
 from motionenv._core.validation import checked_fps, checked_number
 from motionenv.errors import FormatError, MotionError
+from motionenv.lifting import camera_motion
 from motionenv.likelihoods.background import picture
 from motionenv.render.video.decode import VideoInfo, narrowed, read_frames, video_info
 from motionenv.tracking.video.candidates import Candidate, candidates
 from motionenv.tracking.video.detection import resized
 from motionenv.tracking.video.foreground import FilmBackground
 from motionenv.tracking.video.movers import components, linked, window
-from motionenv.tracking.video.stillness import refuse_moving
 from motionenv.types import Camera, Points
 
 _SIDE = 256  # [pixels] longer side of the images of the first look
@@ -23,8 +23,7 @@ _TALL = 90.0  # [pixels] desired height of the person in the second
 _MOST_PIXELS = 1.2e8  # most pixels of the whole second look
 _BESIDE = 0.6  # space around the person's way, in heights
 _MOST_FPS = 31.0  # videos with a higher rate are decimated by a whole number
-
-
+_LOOKED, _SHAKES = 0.1, 0.3  # [s] between frames that tell of the camera; [degrees] by which it may turn
 _BINS = 8  # of each colour channel
 COLOURS = _BINS**3  # bins of a histogram
 
@@ -138,11 +137,21 @@ def survey(film: Film) -> Survey:
     frames = list(film.frames(fps, width))
     if len(frames) < 3:
         raise FormatError(film.path, f"holds {len(frames)} frames at {fps:.4g} fps, too few to track a person")
-    refuse_moving(np.stack(frames), fps)
+    refuse_moving(frames, fps)
     background, scale = film.model(frames, fps, width), info.width / width
     allowed = _inside(film.region, frames[0].shape[:2], scale)
     labels = np.stack([components(background.foreground(f) * allowed) for f in frames])
     return Survey(film, info, fps, labels, candidates(linked(labels, fps), labels, fps, scale))
+
+
+def refuse_moving(frames: Sequence[np.ndarray], fps: float) -> None:
+    """Raise MotionError if the camera of a film moves: `frames` are uint8 (height, width, 3) at `fps` [Hz]."""
+    motion = camera_motion(frames[:: max(1, round(_LOOKED * fps))])
+    if motion.kind == "moves" or (motion.degrees > _SHAKES and motion.kind == "turns"):
+        raise MotionError(
+            f"the camera moves: it turns by {motion.degrees:.1f} degrees or does more. Tracking needs a camera that "
+            "stands still: use a tripod, cut the film to where it stands, or stabilise it first"
+        )
 
 
 def look(at: Survey, who: Candidate, frames: slice, whole: Camera) -> Look:
