@@ -23,7 +23,7 @@ from motionenv.cli._shared import (
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS, Points
 
-_POINTS = {".json"}
+_CAPTURE = {".amc", ".bvh", ".c3d", ".npz", ".tsv"}  # 3D, but for VideoPose3D's .npz
 _FILMS = {".avi", ".m4v", ".mkv", ".mov", ".mp4", ".webm"}
 _WITH_GAPS = {".c3d", ".csv", ".npz", ".trc"}
 _PELVIS = MARKERS.index("pelvis")
@@ -31,7 +31,7 @@ _PELVIS = MARKERS.index("pelvis")
 
 def lift(
     points: Annotated[
-        Path, typer.Argument(help="2D points (detector's .json, folder of them, .trc or .csv), a film, or 3D capture.")
+        Path, typer.Argument(help="2D points (a detector's file or folder, .trc, .csv), a film, or 3D capture.")
     ],
     out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz or .trc.")],
     view: Annotated[str, typer.Option(help="unknown, side, front, oblique, or a view angle in degrees.")] = "unknown",
@@ -46,6 +46,7 @@ def lift(
     person: Annotated[int | None, typer.Option(help="Index of the person in a detector's file.")] = None,
     format: Annotated[str | None, typer.Option(help="Keypoints in JSON, such as halpe-26; else recognised.")] = None,
     size: Annotated[str | None, typer.Option(help="Picture, WIDTHxHEIGHT, if points are relative to it.")] = None,
+    up: Annotated[bool, typer.Option("--up", help="Pixels are counted upwards.")] = False,
     weights: Weights = None,
     fps: Fps = None,
     unit: Unit = None,
@@ -67,14 +68,17 @@ def lift(
     if plot is not None:
         check_picture(plot, "--plot")
     alpha = None if view == "unknown" else parsed_view(view)
-    of_detector = {"person": person, "format": format, "size": None if size is None else parsed_size(size)}
+    of_detector = {"person": person, "format": format, "size": None if size is None else parsed_size(size),
+                   "up": up or None}  # fmt: skip
+    if up and camera is not None and size is None:
+        raise MotionError("--up with --camera needs --size: pixels are counted from the picture's lower edge")
     if weights is not None and points.suffix.lower() not in _FILMS:
         raise MotionError(
             f"--weights is only for films, in which people are detected; {points.name} has points: omit it"
         )
     known = _camera(camera, which)
     if points.suffix.lower() in _FILMS:
-        loaded = _of_film(points, weights, person, {"project": project, "fps": fps, "unit": unit, "size": size})
+        loaded = _of_film(points, weights, person, {"project": project, "fps": fps, "unit": unit, **of_detector, "person": None})
     else:
         loaded = _read(points, project, elevation, fps, unit, of_detector)
     with err.status("lifting") as status:
@@ -132,15 +136,17 @@ def _read(path: Path, project: str | None, elevation: str, fps, unit, of_detecto
     """Points from a file of points, or from capture by projection."""
     from motionenv.lifting import project_markers
     from motionenv.mocap import read, to_markers
+    from motionenv.mocap.keypoints.exports import holds_points
     from motionenv.mocap.keypoints.points2d import read_points
     from motionenv.mocap.plausibility import find_doubts
     from motionenv.types import Motion
 
-    table = path.suffix.lower() in (".csv", ".trc")  # of 2D points or, to be projected, of 3D ones
-    if path.suffix.lower() in _POINTS or path.is_dir() or (table and project is None):
+    suffix = path.suffix.lower()
+    table = suffix in (".csv", ".trc")  # of 2D points or, to be projected, of 3D ones
+    if (suffix not in _CAPTURE and not (table and project)) or path.is_dir() or (suffix == ".npz" and holds_points(path)):
         if project is not None:
             raise MotionError(f"--project is only for 3D capture; {path.name} has 2D points: omit it")
-        return read_points(path, fps=fps, unit=unit, **of_detector)
+        return read_points(path, fps=fps, unit=unit, **{k: v for k, v in of_detector.items() if v is not None})
     if given := [f"--{name}" for name, value in of_detector.items() if value is not None]:
         raise MotionError(f"{given[0]} is only for detectors' files; {path.name} has one walker: omit it")
     if project is None:
