@@ -78,7 +78,9 @@ def lift(
         )
     known = _camera(camera, which)
     if points.suffix.lower() in _FILMS:
-        loaded = _of_film(points, weights, person, {"project": project, "fps": fps, "unit": unit, **of_detector, "person": None})
+        loaded = _of_film(
+            points, weights, person, {"project": project, "fps": fps, "unit": unit, **of_detector, "person": None}
+        )
     else:
         loaded = _read(points, project, elevation, fps, unit, of_detector)
     with err.status("lifting") as status:
@@ -143,7 +145,11 @@ def _read(path: Path, project: str | None, elevation: str, fps, unit, of_detecto
 
     suffix = path.suffix.lower()
     table = suffix in (".csv", ".trc")  # of 2D points or, to be projected, of 3D ones
-    if (suffix not in _CAPTURE and not (table and project)) or path.is_dir() or (suffix == ".npz" and holds_points(path)):
+    if (
+        (suffix not in _CAPTURE and not (table and project))
+        or path.is_dir()
+        or (suffix == ".npz" and holds_points(path))
+    ):
         if project is not None:
             raise MotionError(f"--project is only for 3D capture; {path.name} has 2D points: omit it")
         return read_points(path, fps=fps, unit=unit, **{k: v for k, v in of_detector.items() if v is not None})
@@ -178,8 +184,14 @@ def _report(lifted) -> list[str]:
     from motionenv.metrics import pelvis_mpjpe
 
     lines = _free_motion(lifted) if lifted.posterior is None else _steady_walk(lifted)
-    lines.append(f"joints ± {1000 * float(np.nanmean(lifted.band)):.0f} mm per axis (90 %), on average")
-    if not lifted.plausible:
+    band = lifted.band[np.isfinite(lifted.band)]
+    if len(band):
+        lines.append(f"joints ± {1000 * float(band.mean()):.0f} mm per axis (90 %), on average")
+    if not lifted.plausible and not lifted.determined.any(axis=1).all():
+        lines.append(
+            "warning: too little of the person is seen, so uncertainties don't hold: show at least a whole leg"
+        )
+    elif not lifted.plausible:
         lines.append(
             f"warning: this is unlike the people learned from (misfit {lifted.misfit:.1f}), so uncertainties don't "
             "hold: check that it shows somebody who walks or runs, and the view, scale or camera if you gave one"
@@ -234,4 +246,21 @@ def _free_motion(lifted) -> list[str]:
         absent = np.isnan(lifted.positions[first]).all()
         what = "nobody is seen" if absent else "postures unlike people who walk, turn or run; no bands there"
         lines.append(f"{first / fps:.1f} to {end / fps:.1f} s: {what}")
+    return lines + _undetermined(lifted)
+
+
+def _undetermined(lifted) -> list[str]:
+    """Which markers aren't determined in which frames, one line for those that have these in common."""
+    supposed = ~lifted.determined & np.isfinite(lifted.positions).all(axis=-1)
+    together: dict[tuple, list[str]] = {}
+    for name, frames in zip(MARKERS, supposed.T, strict=True):
+        if frames.any():
+            first, last = np.flatnonzero(frames)[[0, -1]]
+            together.setdefault((int(first), int(last), int(frames.sum())), []).append(name.replace("_", " "))
+    lines = []
+    for (first, last, count), names in together.items():
+        some = "" if count == last - first + 1 else f"{count} of the "
+        every = len(names) == len(MARKERS)
+        what = "no whole leg is" if every else f"{', '.join(names)} {'is not' if len(names) == 1 else 'are not'}"
+        lines.append(f"not determined in {some}frames {first}-{last}: {what} seen within a second; no bands there")
     return lines

@@ -14,7 +14,7 @@ from motionenv._core.representation import OneLine
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.errors import MotionError
 from motionenv.lifting.fourier_fit import Series, fourier_points
-from motionenv.lifting.free.lifter import SURPRISE, FreeFit, fit_freely, heading_of, limb_lengths
+from motionenv.lifting.free.lifter import MOSTLY, SURPRISE, FreeFit, fit_freely, heading_of, limb_lengths, undetermined
 from motionenv.lifting.free.posture_network import BODY_UNIT
 from motionenv.lifting.free.smoother import contacts
 from motionenv.lifting.posterior import BAND, WalkPosterior
@@ -86,8 +86,12 @@ class Lifted(OneLine):
 
     @property
     def plausible(self) -> bool:
-        """Whether this is a motion like those learned from; else `band` is invalid."""
-        return self._fit.plausible
+        """Whether this is a motion like those learned from, and `determined` in nine of ten frames that show somebody.
+
+        Else `band` is invalid.
+        """
+        present = np.isfinite(self.positions).all(axis=(1, 2))
+        return self._fit.plausible and bool(self.determined[present].any(axis=1).mean() >= MOSTLY)
 
     @property
     def positions(self) -> np.ndarray:
@@ -101,10 +105,24 @@ class Lifted(OneLine):
             return ~(self.free.surprise <= SURPRISE)  # also where nobody is seen
         return np.full(len(self.positions), not self.plausible)
 
+    @cached_property
+    def determined(self) -> np.ndarray:
+        """Which markers (frames, 15) of free motion the points determine; others are what people usually do.
+
+        Points determine a marker that is seen within a second, as long as all of a leg is.
+        """
+        if self.free is None:
+            return np.ones(self.positions.shape[:2], dtype=bool)
+        return ~undetermined(np.isfinite(self.points.positions).all(axis=-1), self.points.fps)
+
     @property
     def band(self) -> np.ndarray:
-        """(frames, 15, 3) [m]: `positions` about the pelvis ± band cover 90 % of true ones; NaN in frames `unlike`."""
-        return np.where(self.unlike[:, None, None], np.nan, BAND * self._fit.deviations)
+        """(frames, 15, 3) [m]: `positions` about the pelvis ± band cover 90 % of true ones.
+
+        NaN in frames `unlike`, and for markers that aren't `determined`.
+        """
+        holds = self.determined & ~self.unlike[:, None]
+        return np.where(holds[..., None], BAND * self._fit.deviations, np.nan)
 
     @property
     def heading(self) -> np.ndarray:

@@ -16,6 +16,7 @@ _SMALLEST = 8  # [pixels]
 _UPRIGHT = 0.3  # [m] vertical extent of the markers on a standing body that is needed to estimate the unit
 #: Apparent size relative to a body of 1.75 m: from a child seen steeply from above to a tall adult.
 _SIZES = (0.3, 1.6)
+_LYING = 0.5  # correlation with a standing body's heights below which heights tell neither unit nor direction
 _UNITS = {"metres": 1.0, "centimetres": 100.0, "millimetres": 1000.0}
 
 _EXPLAINED = 0.45  # least explained fraction of the variance; see `check_series`
@@ -117,10 +118,15 @@ def _check_unit(points: Points, enough: np.ndarray, who: str, known: float | Non
     heights = np.nanmean(points.upward[:, enough, 1], axis=0)
     about = standing - standing.mean()
     scale = float(heights @ about / (about @ about))
+    if abs(heights @ about) < _LYING * np.linalg.norm(about) * np.linalg.norm(heights - heights.mean()):
+        return
     like = [unit for unit, n in _UNITS.items() if _SIZES[0] * n <= abs(scale) < _SIZES[1] * n]
     if points.unit == "px":
         if scale < 0:
-            raise MotionError(f'{who} is upside down: pixel rows count downwards. Negate y, or set unit="m"')
+            raise MotionError(
+                f"{who} stands on the head, but rows of pixels count downwards: if y counts upwards, read it with "
+                'up=True (--up), or without it if that was given; if these are metres, set unit="m" (--unit m)'
+            )
         if like == ["metres"]:
             raise MotionError(f'{who} is {1.75 * scale:.2g} pixels tall, which looks like metres: set unit="m"')
         if known is not None and not _SIZES[0] <= scale / known < _SIZES[1]:

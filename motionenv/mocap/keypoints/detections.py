@@ -64,6 +64,8 @@ def read(path: str | Path) -> Detections:
         for number, (_, keypoints, who) in zip(numbers, people, strict=True)
         if keypoints is not None
     ]
+    if any(np.nanmax(np.abs(keypoints), initial=0.0) > _LARGEST for _, keypoints, _ in found):
+        raise FormatError(path, f"keypoints must be numbers of pixels and scores, got some above {_LARGEST:g}")
     counts = sorted({len(keypoints) for _, keypoints, _ in found})
     if len(counts) != 1:
         mixed = f"has people with {' and '.join(map(str, counts))} keypoints: keep one detector's"
@@ -187,7 +189,7 @@ def _keypoints(path, person: dict, where: str) -> np.ndarray:
         columns = np.array(_columns(person))
     except (TypeError, ValueError):  # no lists, or of several lengths
         columns = np.empty(0)
-    if columns.ndim != 2 or not columns.size or columns.dtype.kind not in "if" or (np.abs(columns) > _LARGEST).any():
+    if columns.ndim != 2 or not columns.size or columns.dtype.kind not in "if":
         problem = "keypoints must be numbers of pixels and scores, three for each"
         raise FormatError(path, f"{problem}, got {_short(_first(person, 'points'))}", where)
     return columns.T.astype(np.float64)

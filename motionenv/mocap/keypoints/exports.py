@@ -13,6 +13,9 @@ import io
 import math
 import pickle
 import re
+import struct
+import tokenize
+import warnings
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -68,7 +71,7 @@ def yolo_people(path: Path) -> list[dict]:
             raise FormatError(path, f"{problem}, got {len(words)} columns", f"line {i}")
         if not words or values[0] != 0:  # 0 is a person
             continue
-        n, each, more = min(fits, key=lambda fit: fit[2])
+        n, each, more = min(fits, key=lambda fit: (-fit[1], fit[2]))
         points = np.ones((n, 3))
         points[:, :each] = np.reshape(values[_BOX : _BOX + n * each], (n, each))
         tracked = more == 2 or (more == 1 and words[-1].isdigit())
@@ -167,7 +170,8 @@ def arrays(path: str | Path) -> list[Detection]:
                 raw = archive.read("positions_2d.npy")
         found = list(_sequences(_array(raw), ""))
     except (zipfile.BadZipFile, zlib.error, pickle.UnpicklingError, ArithmeticError, AttributeError, EOFError,
-            ImportError, LookupError, MemoryError, RecursionError, SyntaxError, TypeError, ValueError) as error:  # fmt: skip
+            ImportError, LookupError, MemoryError, RecursionError, SyntaxError, TypeError, ValueError,
+            struct.error, tokenize.TokenError) as error:  # fmt: skip
         problem = "must be an array of 2D points (.npy), or VideoPose3D's data_2d_*.npz with positions_2d"
         raise FormatError(path, f"{problem}: {error}") from None
     return [(frame, keypoints, name if len(found) > 1 else None)
@@ -206,10 +210,11 @@ def _array(raw: bytes) -> np.ndarray:
     file = io.BytesIO(raw)
     version = np.lib.format.read_magic(file)
     header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-    if header(file)[2].hasobject:
-        return _Arrays(file, encoding="latin1").load()
-    file.seek(0)
-    return np.lib.format.read_array(file, allow_pickle=False)
+    with warnings.catch_warnings(action="ignore"):  # that the file was written under Python 2
+        if header(file)[2].hasobject:
+            return _Arrays(file, encoding="latin1").load()
+        file.seek(0)
+        return np.lib.format.read_array(file, allow_pickle=False)
 
 
 class _Arrays(pickle.Unpickler):

@@ -71,12 +71,12 @@ def _timed(names: list[str]) -> tuple[list[int], float] | None:
     if len(known) < len(names) or len(known) < 2:
         return None
     whole, fraction = np.array([one[:2] for one in known]).T
-    counter = {one[2] for one in known if one[2]}
+    digits = sorted({int(one[2]) for one in known if one[2]})
     seconds = (whole - whole.min()) + fraction
     order = np.argsort(seconds)
     steps = np.diff(seconds[order])
     usual = float(np.median(steps))
-    counts_up = len(set(whole)) == 1 and np.median(np.diff(sorted(map(int, counter)))) == 1 if counter else False
+    counts_up = len(set(whole)) == 1 and len(digits) > 1 and np.median(np.diff(digits)) == 1  # a counter, no fraction
     if not (steps > 0).all() or not _RATES[0] <= 1 / usual <= _RATES[1] or counts_up:
         return None
     numbers = np.concatenate([[0.0], np.maximum(np.rint(steps / usual), 1).cumsum()])

@@ -10,13 +10,14 @@ Empty fields and skipped frames are gaps; markers without columns are missing.
 """
 
 import csv
+import warnings
 from pathlib import Path
 
 import numpy as np
 
 from motionenv._core.files import atomic_write
 from motionenv._core.validation import checked_fps
-from motionenv.errors import FormatError, MotionError
+from motionenv.errors import CaptureWarning, FormatError, MotionError
 from motionenv.mocap.keypoints import exports
 from motionenv.mocap.keypoints.detections import in_frames
 from motionenv.mocap.keypoints.detections import read as read_detections
@@ -31,8 +32,11 @@ from motionenv.types import MARKERS, Points
 #: Least score of a visible keypoint.
 CONFIDENCE = 0.3
 _JITTER = 0.25  # [frames] tolerance of a frame's time
+_OFF = 0.1  # relative difference of a given frame rate from that of the images' names that is told
 _NORMALISED = 2.0  # largest coordinate relative to the picture, of points a little outside
-_HDF5 = ", which is HDF5 of DeepLabCut or SLEAP: export CSV, by deeplabcut.analyze_videos_converth5_to_csv(folder), or by "
+_HDF5 = (
+    ", which is HDF5 of DeepLabCut or SLEAP: export CSV, by deeplabcut.analyze_videos_converth5_to_csv(folder), or by "
+)
 _HDF5 += "SLEAP's File > Export Analysis CSV (sleap-convert --format analysis.csv)"
 #: What to do with files of other suffixes.
 _WAYS_ON = {
@@ -84,8 +88,12 @@ def read_points(
     suffix, scores = Path(path).suffix.lower(), None
     if _is_detections(path):
         tracks, frames, stated, names = read_detections(path)
-        if (fps := fps or stated) is None:
+        if fps is None and stated is None:
             raise FormatError(path, "keypoints have no frame rate: pass fps= (--fps)")
+        if fps and stated and abs(np.log(fps / stated)) > _OFF:
+            told = f"the images' names tell times, of {stated:.4g} frames per second, but fps (--fps) is {fps:g}"
+            warnings.warn(f"{Path(path).name}: {told}: omit it, unless it is right", CaptureWarning, stacklevel=2)
+        fps = fps or stated
         keypoints = _in_pixels(path, in_frames(chosen(path, tracks, person), frames), size, up)
         known = _known(path, keypoints, format, names)
         positions, scores = known.markers(keypoints, confidence)
