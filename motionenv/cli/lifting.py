@@ -69,9 +69,7 @@ def lift(
         check_picture(plot, "--plot")
     alpha = None if view == "unknown" else parsed_view(view)
     of_detector = {"person": person, "format": format, "size": None if size is None else parsed_size(size),
-                   "up": up or None}  # fmt: skip
-    if up and camera is not None and size is None:
-        raise MotionError("--up with --camera needs --size: pixels are counted from the picture's lower edge")
+                   "up": _checked_up(up, size, camera)}  # fmt: skip
     if weights is not None and points.suffix.lower() not in _FILMS:
         raise MotionError(
             f"--weights is only for films, in which people are detected; {points.name} has points: omit it"
@@ -121,6 +119,12 @@ def _camera(path: Path | None, which: str | None) -> dict:
             raise MotionError("--which needs --camera")
         return {}
     return {"camera": read_camera(path, which), "distortion": read_distortion(path, which)}
+
+
+def _checked_up(up: bool, size, camera) -> bool | None:
+    if up and camera is not None and size is None:
+        raise MotionError("--up with --camera needs --size: pixels are counted from the picture's lower edge")
+    return up or None
 
 
 def _of_film(film: Path, weights, person: int | None, others: dict) -> Points:
@@ -254,13 +258,9 @@ def _undetermined(lifted) -> list[str]:
     supposed = ~lifted.determined & np.isfinite(lifted.positions).all(axis=-1)
     together: dict[tuple, list[str]] = {}
     for name, frames in zip(MARKERS, supposed.T, strict=True):
-        if frames.any():
-            first, last = np.flatnonzero(frames)[[0, -1]]
-            together.setdefault((int(first), int(last), int(frames.sum())), []).append(name.replace("_", " "))
-    lines = []
-    for (first, last, count), names in together.items():
-        some = "" if count == last - first + 1 else f"{count} of the "
-        every = len(names) == len(MARKERS)
-        what = "no whole leg is" if every else f"{', '.join(names)} {'is not' if len(names) == 1 else 'are not'}"
-        lines.append(f"not determined in {some}frames {first}-{last}: {what} seen within a second; no bands there")
-    return lines
+        together.setdefault(tuple(np.flatnonzero(frames)), []).append(name)
+    return [
+        f"not determined in {len(frames)} of the frames {frames[0]}-{frames[-1]}: "
+        f"{', '.join(names) if len(names) < len(MARKERS) else 'any marker, for want of a leg'}; no bands there"
+        for frames, names in together.items() if frames
+    ]  # fmt: skip

@@ -1,7 +1,8 @@
 """People in files: what detectors write for each frame of a film, and annotated data sets.
 
-In JSON, COCO's results and data sets, AlphaPose, OpenPose, Pose2Sim's RTMLib, MMPose, Ultralytics and MediaPipe are told apart
-by their keys; `layouts.toml` shows each layout with its source. `motionenv.mocap.keypoints.exports` has all others.
+In JSON, COCO's results and data sets, AlphaPose, OpenPose, Pose2Sim's RTMLib, MMPose, Ultralytics and MediaPipe are
+told apart by their keys; `layouts.toml` shows each layout with its source. `motionenv.mocap.keypoints.exports` has what
+other programs write.
 """
 
 import json

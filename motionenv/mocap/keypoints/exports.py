@@ -10,14 +10,10 @@ FreeMoCap's 2D data: an array (cameras, frames, n, 2 or more) whose first 33 poi
 
 import csv
 import io
-import math
 import pickle
 import re
-import struct
-import tokenize
 import warnings
 import zipfile
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -34,6 +30,7 @@ Detection = tuple[int | str, np.ndarray, Any]
 _BOX = 5  # columns of a class and a box
 _COUNTS = {len(known.keypoints) for known in KEYPOINT_SETS.values()}
 _TITLES = {"scorer", "individuals", "bodyparts", "coords"}
+_AXES = {"x": 0, "y": 1, "likelihood": 2, "score": 2}
 _GAPS = ("", "nan")
 _BODY, _HANDS = 33, 42  # FreeMoCap's arrays go on with two hands and the face
 #: What pickled arrays consist of.
@@ -92,60 +89,42 @@ def table(path: str | Path) -> tuple[list[Detection], list[str]]:
         FormatError: damaged, or no keypoint has a known name.
     """
     rows = [(i, [word.strip() for word in row]) for i, row in enumerate(csv.reader(read_lines(path)), 1) if any(row)]
-    width = len(rows[0][1])
-    for i, row in rows:
-        if len(row) != width:
-            raise FormatError(path, f"expected {width} columns as in line 1, got {len(row)}", f"line {i}")
+    header = rows[0][1]
+    if wrong := [(i, row) for i, row in rows if len(row) != len(header)]:
+        raise FormatError(
+            path, f"expected {len(header)} columns as in line 1, got {len(wrong[0][1])}", f"line {wrong[0][0]}"
+        )
     titles = {row[0].lower(): row for _, row in rows[: len(_TITLES)] if row[0].lower() in _TITLES}
     if titles and not {"bodyparts", "coords"} <= set(titles):
         raise FormatError(path, f"must begin with DeepLabCut's rows scorer, bodyparts and coords, got {list(titles)}")
-    found = _deeplabcut(path, titles, rows[len(titles) :]) if titles else _sleap(path, rows[0][1], rows[1:])
-    names = list(dict.fromkeys(name for _, keypoints, _ in found for name in keypoints))
+    if titles:  # somebody, keypoint and coordinate of each column
+        who = titles.get("individuals", [""] * len(header))
+        columns = list(zip(who, titles["bodyparts"], titles["coords"], strict=True))
+        rows = rows[len(titles) :]
+        index = next((c for c, column in enumerate(columns) if column[2] in _AXES), 1)  # pictures' paths may be split
+        frames = [int(row[0]) if row[0].isdigit() else "/".join(row[:index]) for _, row in rows]
+    else:
+        columns, rows = [("", *name.rpartition(".")[::2]) for name in header], rows[1:]
+        frames = [int(number(path, i, row[header.index("frame_idx")], "frame_idx")) for i, row in rows]
+        columns[header.index("instance.score")] = ("", "", "")
+    places = {c: column for c, column in enumerate(columns) if column[2] in _AXES}
+    numbered = [dict.fromkeys(column[k] for column in places.values()) for k in (0, 1)]
+    people, names = ({name: i for i, name in enumerate(found)} for found in numbered)
     known = [keypoint_name(name) for name in names]
     if not set(known) & {name for one in KEYPOINT_SETS.values() for name in one.keypoints}:
-        raise FormatError(path, f"has no keypoints with known names, such as left_knee or RKnee, got {names[:5]}")
-    return [(frame, np.array([k.get(name, [np.nan, np.nan, 0.0]) for name in names]), who)
-            for frame, k, who in found], known  # fmt: skip
-
-
-def _deeplabcut(path, titles: dict, rows) -> Iterator[tuple]:
-    """(frame, keypoints by name, individual) of each individual that is there in a row."""
-    first = titles["coords"].index("x") if "x" in titles["coords"] else 1
-    who = titles.get("individuals", [""] * len(titles["coords"]))
-    columns: dict[tuple, dict[str, int]] = {}
-    for c in range(first, len(who)):
-        columns.setdefault((who[c], titles["bodyparts"][c]), {})[titles["coords"][c].lower()] = c
-    if not all({"x", "y"} <= set(each) for each in columns.values()):
-        raise FormatError(path, "must have x and y of each body part, and perhaps likelihood", "coords")
-    out = []
-    for i, row in rows:
-        frame = int(row[0]) if row[0].isdigit() else "/".join(row[:first])  # of labelled frames, the picture's path
-        people: dict[str, dict] = {}
-        for (one, part), at in columns.items():
-            people.setdefault(one, {})[part] = _point(path, i, row, at["x"], at["y"], at.get("likelihood"))
-        out += [(frame, keypoints, one if one else None) for one, keypoints in people.items()
-                if not np.isnan(list(keypoints.values())).all()]  # fmt: skip
-    return out
-
-
-def _sleap(path, header: list[str], rows) -> list[tuple]:
-    """(frame, keypoints by name, track) of each row."""
-    at = {name: c for c, name in enumerate(header)}
-    nodes = [name.removesuffix(".x") for name in header if name.endswith(".x") and f"{name[:-1]}y" in at]
+        raise FormatError(path, f"has no keypoints with known names, such as left_knee or RKnee, got {list(names)[:5]}")
+    points = np.full((len(rows), len(people), len(names), 3), [np.nan, np.nan, 1.0])
+    for c, (somebody, name, axis) in places.items():
+        for k, (i, row) in enumerate(rows):
+            if row[c].lower() not in _GAPS:
+                points[k, people[somebody], names[name], _AXES[axis]] = number(path, i, row[c], f"column {c + 1}")
+    tracks = [row[header.index("track")] if "track" in header else "" for _, row in rows]
     return [
-        (int(number(path, i, row[at["frame_idx"]], "frame_idx")),
-         {n: _point(path, i, row, at[f"{n}.x"], at[f"{n}.y"], at.get(f"{n}.score")) for n in nodes},
-         row[at["track"]] or None if "track" in at else None)
-        for i, row in rows
-    ]  # fmt: skip
-
-
-def _point(path, line: int, row: list[str], x: int, y: int, score: int | None) -> list[float]:
-    """x, y and score; NaN where x or y is missing, and 1 where only the score is."""
-    at = [math.nan if row[c].lower() in _GAPS else number(path, line, row[c], f"column {c + 1}") for c in (x, y)]
-    if math.nan in at or score is None or row[score].lower() in _GAPS:
-        return [*at, 1.0]
-    return [*at, number(path, line, row[score], f"column {score + 1}")]
+        (frame, keypoints, somebody or track or None)
+        for frame, track, everybody in zip(frames, tracks, points, strict=True)
+        for somebody, keypoints in zip(people, everybody, strict=True)
+        if not np.isnan(keypoints).any(axis=1).all()
+    ], known
 
 
 def holds_points(path: str | Path) -> bool:
@@ -169,9 +148,7 @@ def arrays(path: str | Path) -> list[Detection]:
             with zipfile.ZipFile(io.BytesIO(raw)) as archive:
                 raw = archive.read("positions_2d.npy")
         found = list(_sequences(_array(raw), ""))
-    except (zipfile.BadZipFile, zlib.error, pickle.UnpicklingError, ArithmeticError, AttributeError, EOFError,
-            ImportError, LookupError, MemoryError, RecursionError, SyntaxError, TypeError, ValueError,
-            struct.error, tokenize.TokenError) as error:  # fmt: skip
+    except Exception as error:  # noqa: BLE001 damaged headers and pickles raise anything
         problem = "must be an array of 2D points (.npy), or VideoPose3D's data_2d_*.npz with positions_2d"
         raise FormatError(path, f"{problem}: {error}") from None
     return [(frame, keypoints, name if len(found) > 1 else None)

@@ -13,14 +13,13 @@ from motionenv.errors import FormatError
 #: Most frames of a film: an hour at 28 per second.
 MOST_FRAMES = 100_000
 _SPARSE = 50  # ratio of the range of numbers to the number of images above which they can't be frame numbers
-_RATES = (0.5, 1000.0)  # [Hz] of frames that state times
+_RATES = (0.5, 500.0)  # [Hz] of frames that state times; those that state more are counted
 _DIGITS = re.compile(r"\d{1,30}")
 _EXTENSION = re.compile(r"(\.[A-Za-z]\w{0,4})+$")
-#: Times: a date and a clock, 2018-07-04T12_04_17.738369 or 20180704_120417_738; a clock, 12-04-17.738; seconds since
-#: 1970 with their fraction, 1530705857.738369, or in ms, us or ns.
+#: Times: a date, a clock and a fraction of three digits or more, as
+#: 2018-07-04T12_04_17.738369 or 20180704_120417_738; seconds since 1970, 1530705857.738369, also in ms, us or ns.
 _DATED = re.compile(r"(?<!\d)((?:19|20)\d\d)[-_.]?([01]\d)[-_.]?([0-3]\d)[-_. T]+"
-                    r"([0-2]\d)[-_.:h]?([0-5]\d)[-_.:m]?([0-5]\d)[-_.,:s]?(\d{1,9})?(?!\d)")  # fmt: skip
-_CLOCK = re.compile(r"(?<!\d)()()()([0-2]\d)[-_:]([0-5]\d)[-_:]([0-5]\d)[.,](\d{1,9})(?!\d)")
+                    r"([0-2]\d)[-_.:h]?([0-5]\d)[-_.:m]?([0-5]\d)[-_.,:s]?(\d{3,9})(?!\d)")  # fmt: skip
 _EPOCH = re.compile(r"(?<!\d)(1\d{9})[._]?(\d{3,9})(?!\d)")
 
 
@@ -66,33 +65,29 @@ def _counted(path, names: list[str]) -> list[int]:
 
 def _timed(names: list[str]) -> tuple[list[int], float] | None:
     """Frame numbers and rate by the times in all names; None if these are no times of frames."""
-    stated = [_seconds(name) for name in names]
-    known = [one for one in stated if one is not None]
+    known = [one for one in map(_seconds, names) if one is not None]
     if len(known) < len(names) or len(known) < 2:
         return None
-    whole, fraction = np.array([one[:2] for one in known]).T
-    digits = sorted({int(one[2]) for one in known if one[2]})
-    seconds = (whole - whole.min()) + fraction
+    whole, fraction = np.array(known).T
+    seconds = whole - whole.min() + fraction
     order = np.argsort(seconds)
     steps = np.diff(seconds[order])
     usual = float(np.median(steps))
-    counts_up = len(set(whole)) == 1 and len(digits) > 1 and np.median(np.diff(digits)) == 1  # a counter, no fraction
-    if not (steps > 0).all() or not _RATES[0] <= 1 / usual <= _RATES[1] or counts_up:
+    if not (steps > 0).all() or not _RATES[0] <= 1 / usual <= _RATES[1]:
         return None
     numbers = np.concatenate([[0.0], np.maximum(np.rint(steps / usual), 1).cumsum()])
     rate = float(numbers[-1] / (seconds[order[-1]] - seconds[order[0]]))
     return [int(number) for number in numbers[np.argsort(order)]], rate
 
 
-def _seconds(name: str) -> tuple[float, float, str] | None:
-    """Whole seconds, their fraction and its digits, of the time in a name."""
-    if (found := _DATED.search(name) or _CLOCK.search(name)) is not None:
-        year, month, day, *clock = found.groups()[:6]
-        try:
-            date = datetime(int(year or 2000), int(month or 1), int(day or 1), *map(int, clock), tzinfo=UTC)
-        except ValueError:
-            return None
-        return date.timestamp(), float(f"0.{found[7] or 0}"), found[7] or ""
+def _seconds(name: str) -> tuple[float, float] | None:
+    """Whole seconds of the time in a name, and their fraction."""
     if (found := _EPOCH.search(name)) is not None:
-        return float(found[1]), float(f"0.{found[2]}"), ""
-    return None
+        return float(found[1]), float(f"0.{found[2]}")
+    if (found := _DATED.search(name)) is None:
+        return None
+    try:
+        date = datetime.strptime("".join(found.groups()[:6]), "%Y%m%d%H%M%S").replace(tzinfo=UTC)
+    except ValueError:
+        return None
+    return date.timestamp(), float(f"0.{found[7]}")

@@ -31,19 +31,16 @@ from motionenv.types import MARKERS, Points
 
 #: Least score of a visible keypoint.
 CONFIDENCE = 0.3
+_ONE = (".csv", ".trc")  # of one person, unless DeepLabCut or SLEAP wrote it
 _JITTER = 0.25  # [frames] tolerance of a frame's time
 _OFF = 0.1  # relative difference of a given frame rate from that of the images' names that is told
 _NORMALISED = 2.0  # largest coordinate relative to the picture, of points a little outside
-_HDF5 = (
-    ", which is HDF5 of DeepLabCut or SLEAP: export CSV, by deeplabcut.analyze_videos_converth5_to_csv(folder), or by "
-)
-_HDF5 += "SLEAP's File > Export Analysis CSV (sleap-convert --format analysis.csv)"
+_HDF5 = (", HDF5 of DeepLabCut or SLEAP: export CSV by deeplabcut.analyze_videos_converth5_to_csv(folder), or by "
+         "SLEAP's File > Export Analysis CSV (sleap-convert --format analysis.csv)")  # fmt: skip
 #: What to do with files of other suffixes.
-_WAYS_ON = {
-    ".h5": _HDF5, ".hdf5": _HDF5, ".slp": _HDF5,
-    ".pickle": ", which can run code: export JSON or CSV", ".pkl": ", which can run code: export JSON or CSV",
-    ".txt": ": if it is a frame of YOLO's, pass the folder of all frames",
-}  # fmt: skip
+_WAYS_ON = dict.fromkeys((".h5", ".hdf5", ".slp"), _HDF5)
+_WAYS_ON |= dict.fromkeys((".pickle", ".pkl"), ", which can run code: export JSON or CSV")
+_WAYS_ON |= {".txt": ": if it is a frame of YOLO's, pass the folder of all frames"}
 _TALLEST = 10.0  # [m] extent from which a TRC file that says metres has pixels, as those of Sports2D
 
 
@@ -85,32 +82,44 @@ def read_points(
     if not 0 <= confidence <= 1:
         raise MotionError(f"confidence must be a score from 0 to 1, got {confidence!r}")
     scale = 1.0 if unit in (None, "px") else metres_per(unit)
-    suffix, scores = Path(path).suffix.lower(), None
     if _is_detections(path):
-        tracks, frames, stated, names = read_detections(path)
-        if fps is None and stated is None:
-            raise FormatError(path, "keypoints have no frame rate: pass fps= (--fps)")
-        if fps and stated and abs(np.log(fps / stated)) > _OFF:
-            told = f"the images' names tell times, of {stated:.4g} frames per second, but fps (--fps) is {fps:g}"
-            warnings.warn(f"{Path(path).name}: {told}: omit it, unless it is right", CaptureWarning, stacklevel=2)
-        fps = fps or stated
-        keypoints = _in_pixels(path, in_frames(chosen(path, tracks, person), frames), size, up)
-        known = _known(path, keypoints, format, names)
-        positions, scores = known.markers(keypoints, confidence)
+        positions, fps, scores = _read_keypoints(path, format, fps, person, confidence, size, up)
         found = "px"
-    elif suffix not in (".csv", ".trc"):
-        others = "keypoints (.json, .csv, .trc, .npy, .npz or a folder) or a table (.csv)"
-        raise FormatError(path, f"must be {others}, got {suffix or 'no suffix'!r}{_WAYS_ON.get(suffix, '')}")
-    elif (person, format, None if up else size) != (None, None, None):
-        raise MotionError(f"person, format and size are only for keypoints in JSON; {suffix} has one walker: omit them")
+    elif Path(path).suffix.lower() in _ONE and (person, format, None if up else size) != (None, None, None):
+        raise MotionError(
+            f"person, format and size are only for keypoints; {Path(path).name} has one walker: omit them"
+        )
     else:
-        positions, fps, found = (_read_trc if suffix == ".trc" else _read_table)(path, fps)
+        (positions, fps, found), scores = _read_one(path, fps), None
     shown = "px" if (unit or found) == "px" else "m"
     if up and shown == "m":
         raise MotionError("up is for pixels: y counts upwards in metres anyway; omit it")
     if up:
         positions[..., 1] = (np.nanmax(positions[..., 1]) if size is None else size[1]) - positions[..., 1]
     return Points(positions * scale, fps, shown, name=Path(path).stem, confidence=scores)
+
+
+def _read_one(path, fps: float | None) -> tuple[np.ndarray, float, str]:
+    """Positions, frame rate and unit of a file of one person without scores."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in _ONE:
+        others = "keypoints (.json, .csv, .trc, .npy, .npz or a folder) or a table (.csv)"
+        raise FormatError(path, f"must be {others}, got {suffix or 'no suffix'!r}{_WAYS_ON.get(suffix, '')}")
+    return (_read_trc if suffix == ".trc" else _read_table)(path, fps)
+
+
+def _read_keypoints(path, format, fps, person, confidence, size, up) -> tuple[np.ndarray, float, np.ndarray]:
+    """Positions, frame rate and scores of somebody whom a detector saw."""
+    tracks, frames, stated, names = read_detections(path)
+    rate = fps or stated
+    if rate is None:
+        raise FormatError(path, "keypoints have no frame rate: pass fps= (--fps)")
+    if stated and abs(np.log(rate / stated)) > _OFF:
+        told = f"the images' names tell times, of {stated:.4g} frames per second, but fps (--fps) is {fps:g}"
+        warnings.warn(f"{Path(path).name}: {told}: omit it, unless it is right", CaptureWarning, stacklevel=3)
+    keypoints = _in_pixels(path, in_frames(chosen(path, tracks, person), frames), size, up)
+    positions, scores = _known(path, keypoints, format, names).markers(keypoints, confidence)
+    return positions, rate, scores
 
 
 def read_people(path: str | Path, fps: float, size: tuple[int, int]) -> list[Points]:

@@ -1,4 +1,4 @@
-"""What YOLO, DeepLabCut, SLEAP, VideoPose3D and FreeMoCap export, written here as they write it, and what they don't."""
+"""What YOLO, DeepLabCut, SLEAP, VideoPose3D and FreeMoCap export, written here as they write it; and damaged."""
 
 import io
 import pickle
@@ -178,11 +178,11 @@ def test_sleap(tmp_path):
     [
         ("scorer,a,a\nbodyparts,left_knee,left_knee\n0,1,2\n", "rows scorer, bodyparts and coords"),
         ("scorer,a,a\nbodyparts,snout,snout\ncoords,x,y\n0,1,2\n", "no keypoints with known names.*snout"),
-        ("scorer,a\nbodyparts,left_knee\ncoords,x\n0,1\n", "x and y of each body part"),
+        ("scorer,a\nbodyparts,left_knee\ncoords,x\n0,1\n", "no person"),
         ("scorer,a,a\nbodyparts,left_knee,left_knee\ncoords,x,y\n0,1\n", "line 4: expected 3 columns"),
         ("scorer,a,a\nbodyparts,left_knee,left_knee\ncoords,x,y\n0,1,b\n", "line 4: column 3 must be a number"),
-        ("scorer,a,a\nbodyparts,left_knee,left_knee\ncoords,x,y\n", "no keypoints"),
-        ("track,frame_idx,instance.score,left_knee.x\n,1,1,1\n", "no keypoints"),
+        ("scorer,a,a\nbodyparts,left_knee,left_knee\ncoords,x,y\n", "no person"),
+        ("track,frame_idx,instance.score,left_knee.x\n,1,1,1\n", "no person"),
         ("track,frame_idx,instance.score,left_knee.x,left_knee.y\n,b,1,1,2\n", "frame_idx must be a number"),
     ],
 )
@@ -261,7 +261,8 @@ def test_other_arrays_are_refused(tmp_path, array):
 def test_damage_gives_a_format_error_or_points(tmp_path_factory, data):
     folder = tmp_path_factory.mktemp("damaged")
     paths = [
-        deeplabcut(folder / "a.csv", [walker(frames=2)], list(COCO)), sleap(folder / "b.csv", [walker(frames=2)], ["x"]),
+        deeplabcut(folder / "a.csv", [walker(frames=2)], list(COCO)),
+        sleap(folder / "b.csv", [walker(frames=2)], ["x"]),
         videopose3d(folder / "c.npz", {"a": {"b": [walker(frames=2)[..., :2]]}}),
         yolo(folder / "labels", [walker(frames=2)]) / "clip one_8.txt",
     ]  # fmt: skip
@@ -339,7 +340,7 @@ def test_pixels_that_count_upwards(tmp_path):
     np.testing.assert_allclose(shifted, shifted[0, 0] * np.ones_like(truth), atol=1e-9)
     assert read(path, up=True)[..., 1].min() == 0
     write_points(Points(truth * [1, -1], 25, "px"), tmp_path / "b.csv")
-    np.testing.assert_allclose(read(tmp_path / "b.csv", up=True, size=(640, 0 + 1)), truth + [0, 1])
+    np.testing.assert_allclose(read(tmp_path / "b.csv", up=True, size=(640, 1)), truth + np.array([0, 1]))
     write_points(Points(truth * [0.01, -0.01], 25, "m"), tmp_path / "c.csv")
     with pytest.raises(MotionError, match="omit it"):
         read(tmp_path / "c.csv", up=True)
