@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from numbers import Real
 
@@ -34,6 +34,7 @@ _PLAUSIBLE = 0.01  # least probability of an alternative view that is reported
 #: degrees off 9 to 160, 30 degrees off more than 100, and swapped sides (view angles from 10 degrees) at least 68.
 _CONTRADICTED = 50.0
 _CLOSE = 0.05  # [m]
+_ACROSS = 1000.0  # [pixels] of points in metres that are fitted freely
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,8 +141,8 @@ class Lifted(OneLine):
 
     @property
     def confidence(self) -> np.ndarray:
-        """Probability (frames, 15) that a marker is within 50 mm of its true place about the pelvis."""
-        deviation = np.sqrt((self._fit.deviations**2).mean(axis=-1))
+        """Probability (frames, 15) that a marker is within 50 mm of its true place about the pelvis, or NaN."""
+        deviation = np.where(self.determined, np.sqrt((self._fit.deviations**2).mean(axis=-1)), np.nan)
         return chi.cdf(_CLOSE / np.maximum(deviation, 1e-9), 3)
 
     @property
@@ -217,14 +218,15 @@ def lift(
             intrinsics (3, 3) [pixels] if the pose isn't known. None guesses intrinsics from the points.
         distortion: OpenCV's coefficients (k1, k2, p1, p2[, k3[, k4, k5, k6]]) of the camera's lens.
         robust: whether outliers of a steady walk are weighted down.
-        method: "steady", "free", or "auto" as told above.
+        method: "steady", "free", or "auto" as told above. "free" takes points in metres for scaled pixels: the size of
+            everything is that of a usual adult, as always without a camera's pose.
         on_progress: called now and then with the share of free motion that is done.
 
     Raises:
         MotionError: incompatible units, arguments or points; for a steady walk, a motion that is not periodic.
         GapError: too few points, or for a steady walk fewer than 1.5 strides.
     """
-    parallel = points.unit == "m" or alpha is not None or scale is not None
+    parallel = alpha is not None or scale is not None or (points.unit == "m" and method != "free")
     steady = method == "steady" or (method == "auto" and parallel)
     if steady:
         precompile("lift")
@@ -235,22 +237,35 @@ def lift(
         raise MotionError(f'method must be "auto", "steady" or "free", got {method!r}')
     _check(points, alpha, elevation, scale, camera)
     if method == "free" and parallel:
-        raise MotionError("free motion needs points in pixels, without alpha and scale: omit them, or method")
+        raise MotionError("free motion needs points without alpha and scale: omit them, or method")
     if camera is not None and (method == "steady" or parallel):
         raise MotionError("a steady walk is lifted orthographically: omit camera, or method, alpha and scale")
     check_points(points, scale)
     if steady:
         return _steady(model, points, alpha, elevation, scale, robust)
+    points = _as_pixels(points)
     free = fit_freely(points, camera, distortion=distortion, elevation=elevation, on_progress=on_progress)
     return Lifted(swapped_back(points, free.swapped), free.swapped, free=free)
 
 
+def _as_pixels(points: Points) -> Points:
+    """Points in metres in a picture's plane, which are scaled pixels, as pixels again; their scale is arbitrary."""
+    if points.unit == "px":
+        return points
+    low, high = (edge(points.positions, axis=(0, 1)) for edge in (np.nanmin, np.nanmax))
+    from_corner = (points.positions - [low[0], high[1]]) * [1.0, -1.0]
+    return replace(points, positions=from_corner * _ACROSS / (high - low).max(), unit="px")
+
+
 def _steady(model: WalkerPrior, points: Points, alpha, elevation, scale, robust: bool) -> Lifted:
     """Lift a straight and steady walk: Fourier series, view, and refinement on the points."""
-    check_strides(points)
-    points, swapped = unswapped(points)
-    series = fourier_points(points)
-    check_series(series)
+    try:
+        check_strides(points)
+        points, swapped = unswapped(points)
+        series = fourier_points(points)
+        check_series(series)
+    except MotionError as error:
+        raise type(error)(f'{error}; or lift any motion by method="free" (--method free)') from error
     best_views = partial(
         find_view, model, series.coefficients, variance=None, phase="unknown",
         elevation="unknown" if elevation is None else elevation,
