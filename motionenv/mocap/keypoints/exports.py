@@ -78,7 +78,7 @@ def yolo_people(path: Path) -> list[dict]:
 
 def is_export(path: str | Path) -> bool:
     """Whether a CSV file at `path` is DeepLabCut's or SLEAP's."""
-    first = [word.strip().lower() for word in read_lines(path)[0].split(",")]
+    first = [word.strip(' "').lower() for word in read_lines(path)[0].split(",")]
     return first[0] in _TITLES or {"frame_idx", "instance.score"} <= set(first)
 
 

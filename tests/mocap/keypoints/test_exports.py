@@ -126,6 +126,9 @@ def test_deeplabcut(tmp_path, style, ends):
     np.testing.assert_allclose(found.confidence[shown.all(-1)], 0.9)
     with pytest.raises(FormatError, match="no frame rate"):
         read_points(path)
+    lines = path.read_text().splitlines()  # as spreadsheets save it
+    quoted = "\ufeff" + "".join(",".join(f'"{word}"' for word in line.split(",")) + "\n" for line in lines)
+    np.testing.assert_array_equal(read(saved(tmp_path, quoted, "b.csv"), fps=50), found.positions)
 
 
 def test_deeplabcut_of_several_individuals(tmp_path):
