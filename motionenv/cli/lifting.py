@@ -23,7 +23,7 @@ from motionenv.cli._shared import (
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS, Points
 
-_POINTS = {".json"}
+_CAPTURE = {".amc", ".bvh", ".c3d", ".npz", ".tsv"}  # 3D, but for VideoPose3D's .npz
 _FILMS = {".avi", ".m4v", ".mkv", ".mov", ".mp4", ".webm"}
 _WITH_GAPS = {".c3d", ".csv", ".npz", ".trc"}
 _SEEN = 256  # [pixels] width of a film in which the camera's motion is looked for
@@ -32,7 +32,7 @@ _PELVIS = MARKERS.index("pelvis")
 
 def lift(
     points: Annotated[
-        Path, typer.Argument(help="2D points (detector's .json, folder of them, .trc or .csv), a film, or 3D capture.")
+        Path, typer.Argument(help="2D points (a detector's file or folder, .trc, .csv), a film, or 3D capture.")
     ],
     out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz or .trc.")],
     view: Annotated[str, typer.Option(help="unknown, side, front, oblique, or a view angle in degrees.")] = "unknown",
@@ -47,6 +47,7 @@ def lift(
     person: Annotated[int | None, typer.Option(help="Index of the person in a detector's file.")] = None,
     format: Annotated[str | None, typer.Option(help="Keypoints in JSON, such as halpe-26; else recognised.")] = None,
     size: Annotated[str | None, typer.Option(help="Picture, WIDTHxHEIGHT, if points are relative to it.")] = None,
+    up: Annotated[bool, typer.Option("--up", help="Pixels are counted upwards.")] = False,
     weights: Weights = None,
     fps: Fps = None,
     unit: Unit = None,
@@ -68,14 +69,15 @@ def lift(
     if plot is not None:
         check_picture(plot, "--plot")
     alpha = None if view == "unknown" else parsed_view(view)
-    of_detector = {"person": person, "format": format, "size": None if size is None else parsed_size(size)}
+    of_detector = {"person": person, "format": format, "size": None if size is None else parsed_size(size),
+                   "up": _checked_up(up, size, camera)}  # fmt: skip
     if weights is not None and points.suffix.lower() not in _FILMS:
         raise MotionError(
             f"--weights is only for films, in which people are detected; {points.name} has points: omit it"
         )
     known = _camera(camera, which)
     if points.suffix.lower() in _FILMS:
-        others = {"project": project, "fps": fps, "unit": unit, "size": size}
+        others = {"project": project, "fps": fps, "unit": unit, **of_detector, "person": None}
         loaded, known = _of_film(points, weights, person, others, known)
     else:
         loaded = _read(points, project, elevation, fps, unit, of_detector)
@@ -117,6 +119,12 @@ def _camera(path: Path | None, which: str | None) -> dict:
             raise MotionError("--which needs --camera")
         return {}
     return {"camera": read_camera(path, which), "distortion": read_distortion(path, which)}
+
+
+def _checked_up(up: bool, size, camera) -> bool | None:
+    if up and camera is not None and size is None:
+        raise MotionError("--up with --camera needs --size: pixels are counted from the picture's lower edge")
+    return up or None
 
 
 def _of_film(film: Path, weights, person: int | None, others: dict, known: dict) -> tuple[Points, dict]:
@@ -162,15 +170,21 @@ def _read(path: Path, project: str | None, elevation: str, fps, unit, of_detecto
     """Points from a file of points, or from capture by projection."""
     from motionenv.lifting import project_markers
     from motionenv.mocap import read, to_markers
+    from motionenv.mocap.keypoints.exports import holds_points
     from motionenv.mocap.keypoints.points2d import read_points
     from motionenv.mocap.plausibility import find_doubts
     from motionenv.types import Motion
 
-    table = path.suffix.lower() in (".csv", ".trc")  # of 2D points or, to be projected, of 3D ones
-    if path.suffix.lower() in _POINTS or path.is_dir() or (table and project is None):
+    suffix = path.suffix.lower()
+    table = suffix in (".csv", ".trc")  # of 2D points or, to be projected, of 3D ones
+    if (
+        (suffix not in _CAPTURE and not (table and project))
+        or path.is_dir()
+        or (suffix == ".npz" and holds_points(path))
+    ):
         if project is not None:
             raise MotionError(f"--project is only for 3D capture; {path.name} has 2D points: omit it")
-        return read_points(path, fps=fps, unit=unit, **of_detector)
+        return read_points(path, fps=fps, unit=unit, **{k: v for k, v in of_detector.items() if v is not None})
     if given := [f"--{name}" for name, value in of_detector.items() if value is not None]:
         raise MotionError(f"{given[0]} is only for detectors' files; {path.name} has one walker: omit it")
     if project is None:
@@ -202,8 +216,14 @@ def _report(lifted) -> list[str]:
     from motionenv.metrics import pelvis_mpjpe
 
     lines = _free_motion(lifted) if lifted.posterior is None else _steady_walk(lifted)
-    lines.append(f"joints ± {1000 * float(np.nanmean(lifted.band)):.0f} mm per axis (90 %), on average")
-    if not lifted.plausible:
+    band = lifted.band[np.isfinite(lifted.band)]
+    if len(band):
+        lines.append(f"joints ± {1000 * float(band.mean()):.0f} mm per axis (90 %), on average")
+    if not lifted.plausible and not lifted.determined.any(axis=1).all():
+        lines.append(
+            "warning: too little of the person is seen, so uncertainties don't hold: show at least a whole leg"
+        )
+    elif not lifted.plausible:
         lines.append(
             f"warning: this is unlike the people learned from (misfit {lifted.misfit:.1f}), so uncertainties don't "
             "hold: check that it shows somebody who walks or runs, and the view, scale or camera if you gave one"
@@ -258,4 +278,17 @@ def _free_motion(lifted) -> list[str]:
         absent = np.isnan(lifted.positions[first]).all()
         what = "nobody is seen" if absent else "postures unlike people who walk, turn or run; no bands there"
         lines.append(f"{first / fps:.1f} to {end / fps:.1f} s: {what}")
-    return lines
+    return lines + _undetermined(lifted)
+
+
+def _undetermined(lifted) -> list[str]:
+    """Which markers aren't determined in which frames, one line for those that have these in common."""
+    supposed = ~lifted.determined & np.isfinite(lifted.positions).all(axis=-1)
+    together: dict[tuple, list[str]] = {}
+    for name, frames in zip(MARKERS, supposed.T, strict=True):
+        together.setdefault(tuple(np.flatnonzero(frames)), []).append(name)
+    return [
+        f"not determined in {len(frames)} of the frames {frames[0]}-{frames[-1]}: "
+        f"{', '.join(names) if len(names) < len(MARKERS) else 'any marker, for want of a leg'}; no bands there"
+        for frames, names in together.items() if frames
+    ]  # fmt: skip

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from numbers import Real
 
@@ -14,7 +14,7 @@ from motionenv._core.representation import OneLine
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.errors import MotionError
 from motionenv.lifting.fourier_fit import Series, fourier_points
-from motionenv.lifting.free.lifter import SURPRISE, FreeFit, fit_freely, heading_of, limb_lengths
+from motionenv.lifting.free.lifter import MOSTLY, SURPRISE, FreeFit, fit_freely, heading_of, limb_lengths, undetermined
 from motionenv.lifting.free.posture_network import BODY_UNIT
 from motionenv.lifting.free.smoother import contacts
 from motionenv.lifting.posterior import BAND, WalkPosterior
@@ -34,6 +34,7 @@ _PLAUSIBLE = 0.01  # least probability of an alternative view that is reported
 #: degrees off 9 to 160, 30 degrees off more than 100, and swapped sides (view angles from 10 degrees) at least 68.
 _CONTRADICTED = 50.0
 _CLOSE = 0.05  # [m]
+_ACROSS = 1000.0  # [pixels] of points in metres that are fitted freely
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +87,12 @@ class Lifted(OneLine):
 
     @property
     def plausible(self) -> bool:
-        """Whether this is a motion like those learned from; else `band` is invalid."""
-        return self._fit.plausible
+        """Whether this is a motion like those learned from, and `determined` in nine of ten frames that show somebody.
+
+        Else `band` is invalid.
+        """
+        present = np.isfinite(self.positions).all(axis=(1, 2))
+        return self._fit.plausible and bool(self.determined[present].any(axis=1).mean() >= MOSTLY)
 
     @property
     def positions(self) -> np.ndarray:
@@ -101,10 +106,24 @@ class Lifted(OneLine):
             return ~(self.free.surprise <= SURPRISE)  # also where nobody is seen
         return np.full(len(self.positions), not self.plausible)
 
+    @cached_property
+    def determined(self) -> np.ndarray:
+        """Which markers (frames, 15) of free motion the points determine; others are what people usually do.
+
+        Points determine a marker that is seen within a second, as long as all of a leg is.
+        """
+        if self.free is None:
+            return np.ones(self.positions.shape[:2], dtype=bool)
+        return ~undetermined(np.isfinite(self.points.positions).all(axis=-1), self.points.fps)
+
     @property
     def band(self) -> np.ndarray:
-        """(frames, 15, 3) [m]: `positions` about the pelvis ± band cover 90 % of true ones; NaN in frames `unlike`."""
-        return np.where(self.unlike[:, None, None], np.nan, BAND * self._fit.deviations)
+        """(frames, 15, 3) [m]: `positions` about the pelvis ± band cover 90 % of true ones.
+
+        NaN in frames `unlike`, and for markers that aren't `determined`.
+        """
+        holds = self.determined & ~self.unlike[:, None]
+        return np.where(holds[..., None], BAND * self._fit.deviations, np.nan)
 
     @property
     def heading(self) -> np.ndarray:
@@ -122,8 +141,8 @@ class Lifted(OneLine):
 
     @property
     def confidence(self) -> np.ndarray:
-        """Probability (frames, 15) that a marker is within 50 mm of its true place about the pelvis."""
-        deviation = np.sqrt((self._fit.deviations**2).mean(axis=-1))
+        """Probability (frames, 15) that a marker is within 50 mm of its true place about the pelvis, or NaN."""
+        deviation = np.where(self.determined, np.sqrt((self._fit.deviations**2).mean(axis=-1)), np.nan)
         return chi.cdf(_CLOSE / np.maximum(deviation, 1e-9), 3)
 
     @property
@@ -198,14 +217,15 @@ def lift(
         camera: pinhole camera with its pose in a world whose ground is z = 0, or one for each frame if it moves; its
             intrinsics (3, 3) [pixels] if the pose isn't known. None guesses intrinsics from the points.
         distortion: OpenCV's coefficients (k1, k2, p1, p2[, k3[, k4, k5, k6]]) of the camera's lens.
-        method: "steady", "free", or "auto" as told above.
+        method: "steady", "free", or "auto" as told above. "free" takes points in metres for scaled pixels: the size of
+            everything is that of a usual adult, as always without a camera's pose.
         on_progress: called now and then with the share of free motion that is done.
 
     Raises:
         MotionError: incompatible units, arguments or points; for a steady walk, a motion that is not periodic.
         GapError: too few points, or for a steady walk fewer than 1.5 strides.
     """
-    parallel = points.unit == "m" or alpha is not None or scale is not None
+    parallel = alpha is not None or scale is not None or (points.unit == "m" and method != "free")
     steady = method == "steady" or (method == "auto" and parallel)
     if steady:
         precompile("lift")
@@ -216,22 +236,35 @@ def lift(
         raise MotionError(f'method must be "auto", "steady" or "free", got {method!r}')
     _check(points, alpha, elevation, scale, camera)
     if method == "free" and parallel:
-        raise MotionError("free motion needs points in pixels, without alpha and scale: omit them, or method")
+        raise MotionError("free motion needs points without alpha and scale: omit them, or method")
     if camera is not None and (method == "steady" or parallel):
         raise MotionError("a steady walk is lifted orthographically: omit camera, or method, alpha and scale")
     check_points(points, scale)
     if steady:
         return _steady(model, points, alpha, elevation, scale)
+    points = _as_pixels(points)
     free = fit_freely(points, camera, distortion=distortion, elevation=elevation, on_progress=on_progress)
     return Lifted(swapped_back(points, free.swapped), free.swapped, free=free)
 
 
+def _as_pixels(points: Points) -> Points:
+    """Points in metres in a picture's plane, which are scaled pixels, as pixels again; their scale is arbitrary."""
+    if points.unit == "px":
+        return points
+    low, high = (edge(points.positions, axis=(0, 1)) for edge in (np.nanmin, np.nanmax))
+    from_corner = (points.positions - [low[0], high[1]]) * [1.0, -1.0]
+    return replace(points, positions=from_corner * _ACROSS / (high - low).max(), unit="px")
+
+
 def _steady(model: WalkerPrior, points: Points, alpha, elevation, scale) -> Lifted:
     """Lift a straight and steady walk: Fourier series, view, and the walker."""
-    check_strides(points)
-    points, swapped = unswapped(points)
-    series = fourier_points(points)
-    check_series(series)
+    try:
+        check_strides(points)
+        points, swapped = unswapped(points)
+        series = fourier_points(points)
+        check_series(series)
+    except MotionError as error:
+        raise type(error)(f'{error}; or lift any motion by method="free" (--method free)') from error
     best_views = partial(
         find_view, model, series.coefficients, variance=None, phase="unknown",
         elevation="unknown" if elevation is None else elevation,

@@ -16,6 +16,7 @@ _SMALLEST = 8  # [pixels]
 _UPRIGHT = 0.3  # [m] vertical extent of the markers on a standing body that is needed to estimate the unit
 #: Apparent size relative to a body of 1.75 m: from a child seen steeply from above to a tall adult.
 _SIZES = (0.3, 1.6)
+_LYING = 0.5  # correlation with a standing body's heights below which somebody isn't upright
 _UNITS = {"metres": 1.0, "centimetres": 100.0, "millimetres": 1000.0}
 
 _EXPLAINED = 0.45  # least explained fraction of the variance; see `check_series`
@@ -111,16 +112,16 @@ def alternation(series: Series) -> float:
 
 def _check_unit(points: Points, enough: np.ndarray, who: str, known: float | None) -> None:
     """Compare the markers' mean heights with those of a standing body, in pixels by the `known` scale."""
-    standing = markers(np.zeros(25), from_height(1.75))[enough, 2]
-    if np.ptp(standing) < _UPRIGHT:
+    scale = _apparent_scale(points, enough)
+    if scale is None:
         return
-    heights = np.nanmean(points.upward[:, enough, 1], axis=0)
-    about = standing - standing.mean()
-    scale = float(heights @ about / (about @ about))
     like = [unit for unit, n in _UNITS.items() if _SIZES[0] * n <= abs(scale) < _SIZES[1] * n]
     if points.unit == "px":
         if scale < 0:
-            raise MotionError(f'{who} is upside down: pixel rows count downwards. Negate y, or set unit="m"')
+            raise MotionError(
+                f"{who} stands on the head, but rows of pixels count downwards: if y counts upwards, read it with "
+                'up=True (--up), or without it if that was given; if these are metres, set unit="m" (--unit m)'
+            )
         if like == ["metres"]:
             raise MotionError(f'{who} is {1.75 * scale:.2g} pixels tall, which looks like metres: set unit="m"')
         if known is not None and not _SIZES[0] <= scale / known < _SIZES[1]:
@@ -134,3 +135,12 @@ def _check_unit(points: Points, enough: np.ndarray, who: str, known: float | Non
         short = {"centimetres": '"cm"', "millimetres": '"mm"'}.get(like[0] if like else "", '"px" or the actual unit')
         looks = f"looks like {like[0]}" if like else "isn't the height of a person"
         raise MotionError(f"{who} is {1.75 * scale:.3g} m tall, which {looks}: set unit={short}")
+
+
+def _apparent_scale(points: Points, enough: np.ndarray) -> float | None:
+    """Image units per metre of the markers' mean heights; None where these aren't like somebody's who is upright."""
+    standing = markers(np.zeros(25), from_height(1.75))[enough, 2]
+    heights = np.nanmean(points.upward[:, enough, 1], axis=0)
+    about, heights = standing - standing.mean(), heights - heights.mean()
+    like = abs(heights @ about) >= _LYING * np.linalg.norm(about) * np.linalg.norm(heights)
+    return float(heights @ about / (about @ about)) if like and np.ptp(standing) >= _UPRIGHT else None

@@ -116,7 +116,7 @@ def test_what_is_wrong_is_told_in_a_line_and_nothing_is_left(run, walked, tmp_pa
     motionenv.write(walked[0], tmp_path / "walk.npz")
     motionenv.write(walked[0], tmp_path / "walk.trc")
     write_points(project_markers(walked[1], 0.5), tmp_path / "points.csv")
-    (tmp_path / "people.json").write_text("[]")
+    (tmp_path / "people.json").write_text(json.dumps([{"image_id": 0, "keypoints": [9.0] * 51}]))
     before = set(tmp_path.iterdir())
     result = run("lift", *args)
     assert result.code == 2
@@ -198,3 +198,86 @@ def test_turns_of_a_films_camera_are_taken_out_and_others_are_told(tmp_path, cap
             assert known["camera"].shape == (3, 3)
         else:
             assert (steady is points, known) == (True, {})
+
+
+def coco(places: np.ndarray, camera, seen: tuple[str, ...] = COCO, score=0.9) -> list[dict]:
+    """COCO's results of somebody of whom a camera sees some keypoints, all others at (0, 0) with a score."""
+    pixels = camera.project(places)[0]
+    names = KEYPOINT_SETS["coco-17"].keypoints
+    out = []
+    for t, frame in enumerate(pixels):
+        at = dict(zip(MARKERS, frame.tolist(), strict=True))
+        at |= {name: at["head"] for name in ("left_ear", "right_ear", "nose")}
+        flat = [v for name in names for v in ([*at[name], score] if name in seen else [0.0, 0.0, score])]
+        out.append({"image_id": f"take 2_{t:05d}_cam1.jpg", "category_id": 1, "keypoints": flat})
+    return out
+
+
+LEGS = tuple(name for name in COCO if any(part in name for part in ("hip", "knee", "ankle")))
+
+
+@pytest.mark.parametrize("shown", ["all", "legs", "trunk", "sitting"])
+def test_bands_are_sane_or_not_there(run, turning, tmp_path, shown):
+    places, camera = turning
+    places = places[:120]
+    if shown == "sitting":
+        places = np.repeat(places[:1], 120, axis=0) + np.random.default_rng(0).normal(0, 0.3, (120, 15, 1))
+    seen = {"legs": LEGS, "trunk": tuple(name for name in COCO if name not in LEGS[2:])}.get(shown, (*COCO, "left_ear"))
+    (tmp_path / "walk.json").write_text(json.dumps(coco(places, camera, seen, 1.0)))
+    result = run("lift", "walk.json", "--fps", "30", "--out", "walk.csv")
+    assert result.code == 0, result.err
+    assert result.err == ""  # no library's warning
+    assert "nan" not in result.out
+    if shown in ("all", "legs"):
+        assert 20 < float(result.out.split("joints ± ")[1].split(" mm")[0]) < 90
+        assert "warning" not in result.out
+    else:
+        assert "joints ±" not in result.out
+        assert "warning: too little of the person is seen" in result.out or "unlike the people" in result.out
+    if shown == "legs":
+        assert "frames 0-119: head, sternum, left_shoulder" in result.out
+    assert ("any marker, for want of a leg" in result.out) == (shown == "trunk")
+
+
+def test_somebody_who_stands_on_the_head_is_told_how_to_stand(run, turning, tmp_path):
+    places, camera = turning
+    people = coco(places[:90], camera, (*COCO, "left_ear", "right_ear", "nose"))
+    (tmp_path / "down.json").write_text(json.dumps(people))
+    for entry in people:
+        entry["keypoints"][1::3] = [480 - y for y in entry["keypoints"][1::3]]
+    (tmp_path / "up.json").write_text(json.dumps(people))
+    told = ("--fps", "30", "--out", "walk.csv")
+    assert "stands on the head" in (refused := run("lift", "up.json", *told)).err
+    assert refused.code == 2
+    assert "(--up)" in refused.err
+    fixed, usual = (run("lift", *how, *told) for how in (("up.json", "--up", "--size", "640x480"), ("down.json",)))
+    assert fixed.code == 0, fixed.err
+    assert fixed.out == usual.out
+    for how in (("--camera", "c.toml"),):
+        (tmp_path / "c.toml").write_text(
+            f"[left]\nsize = [640, 480]\nmatrix = {camera.K.tolist()}\nrotation = [0.0, 0.0, 0.0]\n"
+            "translation = [0.0, 0.0, 0.0]\ndistortions = [0.0, 0.0, 0.0, 0.0]\n"
+        )
+        assert "needs --size" in run("lift", "up.json", "--up", *how, *told).err
+
+
+def test_arrays_and_tables_of_other_programs(run, turning, tmp_path):
+    places, camera = turning
+    pixels = camera.project(places[:60])[0]
+    names = KEYPOINT_SETS["human36m-17"].keypoints
+    at = dict(zip(MARKERS, np.moveaxis(pixels, 1, 0), strict=True))
+    at |= {"mid_hip": at["pelvis"], "thorax": at["sternum"], "spine": at["sternum"], "upper_neck": at["head"]}
+    at["head_top"] = at["head"]
+    array = np.stack([at[name] for name in names], axis=1)
+    np.savez(tmp_path / "data_2d_custom_walk.npz", positions_2d={"walk.mp4": {"custom": [array]}})
+    np.save(tmp_path / "walk.npy", array)
+    header = "track,frame_idx,instance.score," + ",".join(f"{n}.x,{n}.y,{n}.score" for n in names)
+    rows = [f",{t},1," + ",".join(f"{x},{y},1" for x, y in frame) for t, frame in enumerate(array)]
+    (tmp_path / "walk.analysis.csv").write_text("\r\n".join([header, *rows]) + "\r\n")
+    told = {run("lift", name, "--fps", "30", "--out", "w.csv").out.split("\n")[1] for name in
+            ("data_2d_custom_walk.npz", "walk.npy", "walk.analysis.csv")}  # fmt: skip
+    assert len(told) == 1
+    assert "free motion; the body turns by" in told.pop()
+    assert "has 2D points" in run("lift", "walk.npy", "--fps", "30", "--project", "30", "--out", "w.csv").err
+    (tmp_path / "walk.h5").write_bytes(b"\x89HDF")
+    assert "export CSV" in run("lift", "walk.h5", "--fps", "30", "--out", "w.csv").err

@@ -35,7 +35,7 @@ def test_real_walks_pass_at_every_view_with_and_without_noise(views):
         ([300, -300], "m", 'looks like pixels.*unit="px"'),
         (7, "m", "isn't the height of a person"),
         (0.01, "m", "isn't the height of a person"),
-        (300, "px", "upside down"),
+        (300, "px", r"stands on the head.*\(--up\)"),
         ([1, -1], "px", 'looks like metres: set unit="m"'),
     ],
 )

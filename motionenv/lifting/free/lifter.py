@@ -25,6 +25,7 @@ _M = {name: i for i, name in enumerate(MARKERS)}
 _STRETCH, _OVERLAP = 40.0, 2.0
 #: Time [s] without at least so many markers after which somebody is absent, and least frames of those shown again.
 _ABSENT, _SHOWN, _LEAST = 2.0, 4, 5
+_RECENTLY = 1.0  # [s] before and after a marker is seen for which bands of its places hold
 #: Height of a standing ankle's centre: mean and deviation [m]; markers and detectors define it differently.
 _ANKLE, _ANKLE_DEVIATION = 0.095, 0.02
 #: Deviation of the logarithm of adults' stature, women and men together (mean 1.69 m, deviation 0.095 m).
@@ -32,7 +33,8 @@ _STATURE_DEVIATION = 0.056
 #: Greatest surprise. People left out never exceed it as they were captured; clips of exaggerated styles do in 5 % of
 #: the frames, people who sit or cycle in 79 % and more (`motionenv bench free_walking.unlike`).
 SURPRISE = 0.17
-_MOSTLY = 0.9
+#: Least share of the frames in which bands hold if a motion is plausible.
+MOSTLY = 0.9
 _LEAST_CONFIDENCE = 0.1  # relative to the median: nothing is ignored only for its confidence
 _SIZES = (-0.4, 0.2)  # logarithm of a person's size relative to an adult's: from 1.15 m to 2.1 m
 _ELEVATIONS = np.radians(np.arange(-20, 61, 5))
@@ -103,8 +105,20 @@ class FreeFit(OneLine):
     @property
     def plausible(self) -> bool:
         """Whether 90 % of the frames or more show somebody who walks, turns or runs, of a size that people have."""
-        alike = float((self.surprise[np.isfinite(self.surprise)] <= SURPRISE).mean()) >= _MOSTLY
+        alike = float((self.surprise[np.isfinite(self.surprise)] <= SURPRISE).mean()) >= MOSTLY
         return alike and bool(_SIZES[0] < np.log(self.unit / BODY_UNIT) < _SIZES[1])
+
+
+def undetermined(seen: np.ndarray, fps: float) -> np.ndarray:
+    """Which markers (frames, 15) aren't determined: the network supposes them, and is surer than it should be.
+
+    These are those that aren't `seen` (frames, 15) for a second before and after, and all of them where not even one
+    leg is. Bands would cover 53 % of upper bodies that are never seen, and without knees and ankles 46 % of what is seen
+    (`motionenv bench free_walking.parts`).
+    """
+    lately = ndimage.maximum_filter1d(seen, 2 * round(_RECENTLY * fps) + 1, axis=0, mode="constant")
+    legs = [lately[:, [_M[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle")]] for side in ("left", "right")]
+    return ~lately | ~np.any([leg.all(axis=1) for leg in legs], axis=0)[:, None]
 
 
 def heading_of(positions: np.ndarray, fps: float) -> np.ndarray:
@@ -318,7 +332,8 @@ def _unit(fit: Fit, rays: Rays, part: slice) -> tuple[float, float]:
     guesses = [(np.log(BODY_UNIT), _STATURE_DEVIATION)]
     height = rays.origins[part, 2].mean()
     below = _ANKLE / BODY_UNIT - fit.floor
-    if rays.posed and height > 0 and below > 0:
+    feet = fit.weights[:, [_M["left_ankle"], _M["right_ankle"]]].any()  # the floor is under those that are seen
+    if rays.posed and height > 0 and below > 0 and feet:
         guesses.append((np.log(height / below), np.hypot(_ANKLE_DEVIATION / height, 0.02)))
     precision = np.array([1 / deviation**2 for _, deviation in guesses])
     mean = precision @ [value for value, _ in guesses] / precision.sum()

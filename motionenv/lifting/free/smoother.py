@@ -381,6 +381,7 @@ def _covariances(factors: list[np.ndarray], gains: list[np.ndarray], few: slice)
             continue
         across = -gains[k] @ later
         out[k] -= across @ gains[k].T
+        out[k] = 0.5 * (out[k] + out[k].T)  # what rounding leaves of asymmetry would grow from frame to frame
         shared = across[:, :n][:, few]
         later = np.block([[out[k], shared], [shared.T, out[k + 1][few, few]]])
     return out

@@ -1,7 +1,8 @@
-"""People in JSON: what detectors write for each frame of a film, and annotated data sets.
+"""People in files: what detectors write for each frame of a film, and annotated data sets.
 
-COCO's results and data sets, AlphaPose, OpenPose, Pose2Sim's RTMLib, MMPose, Ultralytics and MediaPipe are told apart
-by their keys; `layouts.toml` shows each layout with its source.
+In JSON, COCO's results and data sets, AlphaPose, OpenPose, Pose2Sim's RTMLib, MMPose, Ultralytics and MediaPipe are
+told apart by their keys; `layouts.toml` shows each layout with its source. `motionenv.mocap.keypoints.exports` has what
+other programs write.
 """
 
 import json
@@ -10,49 +11,88 @@ import tomllib
 from importlib.resources import files
 from pathlib import Path
 from reprlib import repr as _short
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from motionenv.errors import FormatError
+from motionenv.mocap.keypoints import exports
+from motionenv.mocap.keypoints.frame_names import frame_numbers
 from motionenv.mocap.keypoints.people import Track, followed
 from motionenv.mocap.readers.text import read_bytes
 
-#: Most frames of a film: an hour at 28 per second.
-MOST_FRAMES = 100_000
-
 _PERSON = 1  # COCO's category
-_SPARSE = 50  # ratio of the range of image ids to the number of images above which ids can't be frame numbers
 _LARGEST = 1e9  # pixels
+_CORNER = 0.2  # distance of all others from the corner, relative to somebody's extent, if points there are none
 _KEYS = tomllib.loads(files(__package__).joinpath("layouts.toml").read_text(encoding="utf-8"))
 
 
-def read(path: str | Path) -> tuple[list[Track], int]:
-    """Tracks of all people in a file or folder, the longest and most confident first, and the number of frames.
+class Detections(NamedTuple):
+    """Tracks of all people, the longest and most confident first, and the number of frames.
 
-    Image ids are frame numbers or file names that contain one, as are the names of a folder's files; missing numbers
-    are frames without detections. In a data set each image is one frame, in the order of file names, and visibility
-    0, 1 and 2 becomes a score of 0, 0.5 and 1. Without scores they are 1.
+    `fps` [Hz] is what names of images tell, and `names` are those of the keypoints, where the file has them.
+    """
+
+    tracks: list[Track]
+    frames: int
+    fps: float | None = None
+    names: list[str] | None = None
+
+
+def read(path: str | Path) -> Detections:
+    """People in a file or folder.
+
+    Image ids are frame numbers or file names that contain one or a time, as are the names of a folder's files (see
+    `motionenv.mocap.keypoints.frame_names`); missing numbers are frames without detections. In a data set each image is
+    one frame, in the order of file names, and visibility 0, 1 and 2 becomes a score of 0, 0.5 and 1. Without scores
+    they are 1. Points at exactly (0, 0) weren't seen, if somebody's others are far from there.
 
     People are kept apart by `motionenv.mocap.keypoints.people`.
 
     Raises:
-        FormatError: not JSON, an unknown layout, damaged, or no person; names field and value.
+        FormatError: an unknown layout, damaged, or no person; names field and value.
     """
-    content: Any = _folder(path) if Path(path).is_dir() else _parsed(path)
-    annotated = isinstance(content, dict) and "annotations" in content
-    people = _everybody(path, _dataset(path, content) if annotated else content)
-    numbers = _numbered(path, [frame for frame, _ in people])
-    found = []
-    for number, (frame, someone) in zip(numbers, people, strict=True):
-        if someone is not None:
-            keypoints = _keypoints(path, someone, f"frame {frame}") / [1, 1, 2 if annotated else 1]
-            found.append((number, keypoints, _identity(someone)))
+    suffix, names = Path(path).suffix.lower(), None
+    if suffix in (".npy", ".npz"):
+        people = exports.arrays(path)
+    elif suffix == ".csv":
+        people, names = exports.table(path)
+    else:
+        people = _in_json(path)
+    numbers, fps = frame_numbers(path, [frame for frame, _, _ in people])
+    found = [
+        (number, _without_corner(keypoints), who)
+        for number, (_, keypoints, who) in zip(numbers, people, strict=True)
+        if keypoints is not None
+    ]
+    if any(np.nanmax(np.abs(keypoints), initial=0.0) > _LARGEST for _, keypoints, _ in found):
+        raise FormatError(path, f"keypoints must be numbers of pixels and scores, got some above {_LARGEST:g}")
     counts = sorted({len(keypoints) for _, keypoints, _ in found})
     if len(counts) != 1:
         mixed = f"has people with {' and '.join(map(str, counts))} keypoints: keep one detector's"
         raise FormatError(path, mixed if counts else "has no person: there is nothing to read")
-    return followed(path, found), max(numbers) + 1
+    return Detections(followed(path, found), max(numbers) + 1, fps, names)
+
+
+def _in_json(path: str | Path) -> list:
+    """Detections as of `exports` in JSON or a folder, and (frame, None, None) of frames without people."""
+    content: Any = _folder(path) if Path(path).is_dir() else _parsed(path)
+    annotated = isinstance(content, dict) and "annotations" in content
+    scale = [1, 1, 2 if annotated else 1]
+    return [
+        (frame, None if one is None else _keypoints(path, one, f"frame {frame}") / scale, one and _identity(one))
+        for frame, one in _everybody(path, _dataset(path, content) if annotated else content)
+    ]
+
+
+def _without_corner(keypoints: np.ndarray) -> np.ndarray:
+    """Keypoints (n, 3) with scores of 0 at (0, 0), where many detectors put what they don't see, and where NaN."""
+    unknown = np.isnan(keypoints).any(axis=1)
+    corner = (keypoints[:, :2] == 0).all(axis=1)
+    others = keypoints[~corner & ~unknown & (keypoints[:, 2] > 0), :2]
+    near = len(others) > 0 and np.hypot(*others.T).min() <= _CORNER * np.ptp(others, axis=0).max()
+    unseen = unknown | corner & (not near)
+    return np.where(unseen[:, None] & np.array([False, False, True]), 0.0, keypoints)
 
 
 def in_frames(track: Track, frames: int) -> np.ndarray:
@@ -80,12 +120,15 @@ def _parsed(path) -> Any:
 
 
 def _folder(path) -> list[dict]:
-    found = list(Path(path).glob("*.json"))
-    named = {_number(path, file.name): file for file in found}
-    if not found or len(named) < len(found):
-        problem = "must hold .json files with a frame number each, of one camera"
-        raise FormatError(path, f"{problem}, got {len(found)} files with {len(named)} numbers")
-    return [{"frame": number, "people": _people(file, _parsed(file))} for number, file in named.items()]
+    """The people of all JSON or, if there is none, YOLO's text files with a number in their name."""
+    files = sorted(file for file in Path(path).iterdir() if any(letter.isdigit() for letter in file.stem))
+    of = {suffix: [file for file in files if file.suffix.lower() == suffix] for suffix in (".json", ".txt")}
+    if not any(of.values()):
+        problem = "must hold .json, or YOLO's .txt, files with a frame number each, of one camera, got 0 files"
+        raise FormatError(path, problem)
+    if of[".json"]:
+        return [{"frame": file.name, "people": _people(file, _parsed(file))} for file in of[".json"]]
+    return [{"frame": file.name, "people": exports.yolo_people(file)} for file in of[".txt"]]
 
 
 def _everybody(path, content) -> list[tuple]:
@@ -142,17 +185,15 @@ def _dataset(path, content: dict) -> list[dict]:
 
 
 def _keypoints(path, person: dict, where: str) -> np.ndarray:
-    """The keypoints (n, 3) of one person; scores are 0 where x, y or the score is NaN."""
+    """The keypoints (n, 3) of one person."""
     try:
         columns = np.array(_columns(person))
     except (TypeError, ValueError):  # no lists, or of several lengths
         columns = np.empty(0)
-    if columns.ndim != 2 or not columns.size or columns.dtype.kind not in "if" or (np.abs(columns) > _LARGEST).any():
+    if columns.ndim != 2 or not columns.size or columns.dtype.kind not in "if":
         problem = "keypoints must be numbers of pixels and scores, three for each"
         raise FormatError(path, f"{problem}, got {_short(_first(person, 'points'))}", where)
-    out = columns.T.astype(np.float64)
-    out[np.isnan(out).any(axis=1), 2] = 0.0
-    return out
+    return columns.T.astype(np.float64)
 
 
 def _columns(person: dict) -> list:
@@ -179,24 +220,6 @@ def _identity(person: dict) -> float | str | None:
 
 def _first(entry: dict, what: str):
     return next((entry[key] for key in _KEYS[what] if entry.get(key) is not None), None)
-
-
-def _numbered(path, frames: list) -> list[int]:
-    numbers = [_number(path, frame) for frame in frames]
-    first, different = min(numbers, default=0), len(set(numbers))
-    span = max(numbers, default=0) - first + 1
-    if span > max(_SPARSE * different, 1000) or span > MOST_FRAMES:
-        problem = f"the {different} frames span {_short(span)} numbers: no frame numbers, or more than {MOST_FRAMES}"
-        raise FormatError(path, f"{problem}; renumber them 0, 1, 2, ..., or cut the walk out", "image_id")
-    return [number - first for number in numbers]
-
-
-def _number(path, image) -> int:
-    """Frame number: an image id, or the last digits of a file name."""
-    digits = re.findall(r"\d{1,18}", image.rpartition(".")[0] or image) if isinstance(image, str) else [image]
-    if not digits:
-        raise FormatError(path, f"must be the number of a frame or hold one, got {_short(image)}", "image_id")
-    return int(digits[-1])
 
 
 def _natural(name: str) -> list:

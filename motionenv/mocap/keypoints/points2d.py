@@ -10,17 +10,20 @@ Empty fields and skipped frames are gaps; markers without columns are missing.
 """
 
 import csv
+import warnings
 from pathlib import Path
 
 import numpy as np
 
 from motionenv._core.files import atomic_write
 from motionenv._core.validation import checked_fps
-from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.keypoints.detections import MOST_FRAMES, in_frames
+from motionenv.errors import CaptureWarning, FormatError, MotionError
+from motionenv.mocap.keypoints import exports
+from motionenv.mocap.keypoints.detections import in_frames
 from motionenv.mocap.keypoints.detections import read as read_detections
+from motionenv.mocap.keypoints.frame_names import MOST_FRAMES
 from motionenv.mocap.keypoints.people import Track, chosen
-from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS, KeypointSet, keypoint_set
+from motionenv.mocap.keypoints.skeletons import KeypointSet, keypoint_set
 from motionenv.mocap.readers import trc
 from motionenv.mocap.readers.text import number, read_lines
 from motionenv.mocap.units_axes import metres_per
@@ -28,26 +31,30 @@ from motionenv.types import MARKERS, Points
 
 #: Least score of a visible keypoint.
 CONFIDENCE = 0.3
+_ONE = (".csv", ".trc")  # of one person, unless DeepLabCut or SLEAP wrote it
 _JITTER = 0.25  # [frames] tolerance of a frame's time
+_OFF = 0.1  # relative difference of a given frame rate from that of the images' names that is told
 _NORMALISED = 2.0  # largest coordinate relative to the picture, of points a little outside
-_WRITTEN = {
-    name.replace("left_", "l").replace("right_", "r").replace("_", ""): name
-    for name in KEYPOINT_SETS["halpe-26"].keypoints
-}
-_WRITTEN |= {"hip": "mid_hip", "chip": "mid_hip", "head": "head_top"}  # in TRC files of Sports2D and Pose2Sim
+_HDF5 = (", HDF5 of DeepLabCut or SLEAP: export CSV by deeplabcut.analyze_videos_converth5_to_csv(folder), or by "
+         "SLEAP's File > Export Analysis CSV (sleap-convert --format analysis.csv)")  # fmt: skip
+#: What to do with files of other suffixes.
+_WAYS_ON = dict.fromkeys((".h5", ".hdf5", ".slp"), _HDF5)
+_WAYS_ON |= dict.fromkeys((".pickle", ".pkl"), ", which can run code: export JSON or CSV")
+_WAYS_ON |= {".txt": ": if it is a frame of YOLO's, pass the folder of all frames"}
 _TALLEST = 10.0  # [m] extent from which a TRC file that says metres has pixels, as those of Sports2D
 
 
 def read_points(
     path: str | Path, *, format: str | None = None, fps: float | None = None, unit: str | None = None,
-    person: int | None = None, confidence: float = CONFIDENCE, size: tuple[int, int] | None = None,
+    person: int | None = None, confidence: float = CONFIDENCE, size: tuple[int, int] | None = None, up: bool = False,
 ) -> Points:  # fmt: skip
     """Read the 2D points of a walker: keypoints of a detector, or a table of the 15 markers (.csv).
 
     Keypoints come as JSON of COCO, OpenPose, MMPose, Ultralytics, AlphaPose or MediaPipe, in one file (.json) or a
-    folder of files, one per frame (layouts: `motionenv.mocap.keypoints.detections`), or as TRC in pixels of Sports2D.
-    They become markers by `motionenv.mocap.keypoints.skeletons`. Points are in pixels or, for any length unit, in
-    metres, and named after the file.
+    folder of files, one per frame (layouts: `motionenv.mocap.keypoints.detections`), as TRC in pixels or metres of
+    Sports2D, or as exported by YOLO, DeepLabCut, SLEAP, VideoPose3D and FreeMoCap
+    (`motionenv.mocap.keypoints.exports`). They become markers by `motionenv.mocap.keypoints.skeletons`. Points are in
+    pixels or, for any length unit, in metres, and named after the file.
 
     `confidence` of the points is the detector's score, at most 1. It ranks one detector's points and means something
     else in each: the height of a peak in a heat map (OpenPose, HRNet) or along the picture's axes (RTMPose), the
@@ -56,14 +63,15 @@ def read_points(
     Args:
         path: the file or folder.
         format: the kind of keypoints, such as "halpe-26" (`skeletons.KEYPOINT_SETS`); None recognises it by number, and
-            by the places that keypoints of upright people have.
-        fps: frame rate [Hz]; required for JSON, overrides that of a table or TRC.
+            by the places that keypoints of upright people have, or takes the names in the file.
+        fps: frame rate [Hz]; required for keypoints without times, overrides that of a table, TRC or image names.
         unit: "px", or a length unit of `motionenv.mocap.units_axes.METRES`; overrides the unit of a table's columns.
             Keypoints are in pixels.
-        person: which of several people; 0 has the longest and most confident track. None is an
-            error if another is at least a quarter as long.
+        person: which of several people, or of several films or cameras; 0 has the longest and most confident track.
+            None is an error if another is at least a quarter as long.
         confidence: least score of a visible keypoint.
-        size: width and height of the picture [pixels], for coordinates relative to it, as MediaPipe's.
+        size: width and height of the picture [pixels], for coordinates relative to it, as MediaPipe's and YOLO's.
+        up: whether pixels are counted upwards: from the lower edge, if `size` is given.
 
     Raises:
         FormatError: damaged, another format, or several people; names field, value and what was expected.
@@ -74,23 +82,44 @@ def read_points(
     if not 0 <= confidence <= 1:
         raise MotionError(f"confidence must be a score from 0 to 1, got {confidence!r}")
     scale = 1.0 if unit in (None, "px") else metres_per(unit)
-    suffix, scores = Path(path).suffix.lower(), None
-    if suffix == ".json" or Path(path).is_dir():
-        if fps is None:
-            raise FormatError(path, "keypoints have no frame rate: pass fps= (--fps)")
-        tracks, frames = read_detections(path)
-        keypoints = _in_pixels(path, in_frames(chosen(path, tracks, person), frames), size)
-        positions, scores = keypoint_set(path, keypoints, format).markers(keypoints, confidence)
+    if _is_detections(path):
+        positions, fps, scores = _read_keypoints(path, format, fps, person, confidence, size, up)
         found = "px"
-    elif suffix not in (".csv", ".trc"):
-        got = suffix or "no suffix"
-        raise FormatError(path, f"must be keypoints (.json, .trc or a folder) or a table (.csv), got {got!r}")
-    elif (person, format, size) != (None, None, None):
-        raise MotionError(f"person, format and size are only for keypoints in JSON; {suffix} has one walker: omit them")
+    elif Path(path).suffix.lower() in _ONE and (person, format, None if up else size) != (None, None, None):
+        raise MotionError(
+            f"person, format and size are only for keypoints; {Path(path).name} has one walker: omit them"
+        )
     else:
-        positions, fps, found = (_read_trc if suffix == ".trc" else _read_table)(path, fps)
+        (positions, fps, found), scores = _read_one(path, fps), None
     shown = "px" if (unit or found) == "px" else "m"
+    if up and shown == "m":
+        raise MotionError("up is for pixels: y counts upwards in metres anyway; omit it")
+    if up:
+        positions[..., 1] = (np.nanmax(positions[..., 1]) if size is None else size[1]) - positions[..., 1]
     return Points(positions * scale, fps, shown, name=Path(path).stem, confidence=scores)
+
+
+def _read_one(path, fps: float | None) -> tuple[np.ndarray, float, str]:
+    """Positions, frame rate and unit of a file of one person without scores."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in _ONE:
+        others = "keypoints (.json, .csv, .trc, .npy, .npz or a folder) or a table (.csv)"
+        raise FormatError(path, f"must be {others}, got {suffix or 'no suffix'!r}{_WAYS_ON.get(suffix, '')}")
+    return (_read_trc if suffix == ".trc" else _read_table)(path, fps)
+
+
+def _read_keypoints(path, format, fps, person, confidence, size, up) -> tuple[np.ndarray, float, np.ndarray]:
+    """Positions, frame rate and scores of somebody whom a detector saw."""
+    tracks, frames, stated, names = read_detections(path)
+    rate = fps or stated
+    if rate is None:
+        raise FormatError(path, "keypoints have no frame rate: pass fps= (--fps)")
+    if stated and abs(np.log(rate / stated)) > _OFF:
+        told = f"the images' names tell times, of {stated:.4g} frames per second, but fps (--fps) is {fps:g}"
+        warnings.warn(f"{Path(path).name}: {told}: omit it, unless it is right", CaptureWarning, stacklevel=3)
+    keypoints = _in_pixels(path, in_frames(chosen(path, tracks, person), frames), size, up)
+    positions, scores = _known(path, keypoints, format, names).markers(keypoints, confidence)
+    return positions, rate, scores
 
 
 def read_people(path: str | Path, fps: float, size: tuple[int, int]) -> list[Points]:
@@ -99,21 +128,37 @@ def read_people(path: str | Path, fps: float, size: tuple[int, int]) -> list[Poi
     `path` and `fps` are as of `read_points`, and so are errors; `size` of the picture [pixels] is used for coordinates
     relative to it. Tables and TRC show one person.
     """
-    if Path(path).suffix.lower() in (".csv", ".trc"):
+    if not _is_detections(path):
         return [read_points(path, fps=fps)]
-    return points_of(path, *read_detections(path), fps, size)
+    tracks, frames, _, names = read_detections(path)
+    return points_of(path, tracks, frames, fps, size, names)
 
 
 def points_of(
-    path: str | Path, tracks: list[Track], frames: int, fps: float, size: tuple[int, int] | None = None
-) -> list[Points]:
-    """Points in pixels of `tracks` of people in a film of so many `frames`; all else is as of `read_people`."""
+    path: str | Path, tracks: list[Track], frames: int, fps: float, size: tuple[int, int] | None = None,
+    names: list[str] | None = None,
+) -> list[Points]:  # fmt: skip
+    """Points in pixels of `tracks` of people in a film of so many `frames`; all else is as of `read_people`.
+
+    `names` are those of the keypoints; None recognises them.
+    """
     people = [in_frames(track, frames) for track in tracks]
     relative = np.nanmax(np.abs(people[0][..., :2]), initial=0.0) <= _NORMALISED
     people = [_in_pixels(path, keypoints, size if relative else None) for keypoints in people]
-    known = keypoint_set(path, people[0])
+    known = _known(path, people[0], None, names)
     made = [known.markers(keypoints, CONFIDENCE) for keypoints in people]
     return [Points(places, fps, "px", name=Path(path).stem, confidence=scores) for places, scores in made]
+
+
+def _is_detections(path: str | Path) -> bool:
+    """Whether a path is a detector's, rather than a table of markers or TRC."""
+    suffix = Path(path).suffix.lower()
+    return suffix in (".json", ".npy", ".npz") or Path(path).is_dir() or (suffix == ".csv" and exports.is_export(path))
+
+
+def _known(path, keypoints: np.ndarray, format: str | None, names: list[str] | None) -> KeypointSet:
+    """The set `format`, or that of the file's own names, or the one that is recognised."""
+    return keypoint_set(path, keypoints, format) if format or not names else KeypointSet("named", tuple(names))
 
 
 def write_points(points: Points, path: str | Path) -> None:
@@ -133,23 +178,28 @@ def write_points(points: Points, path: str | Path) -> None:
         rows.writerows([value if value == value else "" for value in row] for row in table.tolist())
 
 
-def _in_pixels(path, keypoints: np.ndarray, size) -> np.ndarray:
+def _in_pixels(path, keypoints: np.ndarray, size, up: bool = False) -> np.ndarray:
     """Keypoints (frames, n, 3) in pixels, of coordinates in pixels or, with `size`, relative to the picture."""
     largest = np.abs(keypoints[keypoints[..., 2] > 0, :2]).max(initial=0.0)
-    if (largest <= _NORMALISED) != (size is not None) and largest > 0:
+    relative = largest <= _NORMALISED if largest > 0 else size is not None
+    if relative != (size is not None) and not (up and not relative):
         problem = "relative to the picture: pass size=(width, height) (--size 1920x1080)"
         raise FormatError(path, f"has coordinates {problem if size is None else 'in pixels: omit size'}")
     if size is not None and (np.shape(size) != (2,) or not all(isinstance(side, int) and side > 0 for side in size)):
         raise MotionError(f"size must be width and height of the picture in pixels, got {size!r}")
-    return keypoints * [*(size or (1, 1)), 1]
+    return keypoints * [*(size if relative else (1, 1)), 1]
 
 
 def _read_trc(path, fps: float | None) -> tuple[np.ndarray, float, str]:
-    """Positions (frames, 15, 2), frame rate and unit of a TRC file whose z is 0, as Sports2D writes it."""
+    """Positions (frames, 15, 2), frame rate and unit of a TRC file whose markers never move along z.
+
+    Sports2D's are in the picture's plane: z is 0 or, in metres, a usual depth of each marker.
+    """
     points = trc.read(path, fps, unit=1.0, up="z")
-    if np.nan_to_num(points.positions[..., 2]).any():
+    depth = points.positions[..., 2]
+    if (np.fmax.reduce(depth) > np.fmin.reduce(depth)).any() or (len(depth) == 1 and np.nan_to_num(depth).any()):
         raise FormatError(path, "has 3D points: project them with --project, or read them with motionenv.read")
-    known = KeypointSet("trc", tuple(_WRITTEN.get(name.lower(), name) for name in points.names))
+    known = KeypointSet("trc", tuple(exports.keypoint_name(name) for name in points.names))
     seen = np.where(np.isnan(points.positions[..., :1]), np.nan, 1.0)
     positions, _ = known.markers(np.concatenate([points.positions[..., :2], seen], axis=-1), 0.0)
     if np.isnan(positions).all():

@@ -75,7 +75,7 @@ def keypoint_set(path: str | Path, keypoints: np.ndarray, name: str | None = Non
     """The definition `name`, or the one that fits keypoints (frames, n, 3) of a file.
 
     Where several have n keypoints it is the first in the table, unless with another the markers lie much more as those
-    of somebody upright: head above pelvis above knees.
+    of somebody upright: head above pelvis above knees, or the other way round.
 
     Raises:
         MotionError: no such name.
@@ -89,16 +89,16 @@ def keypoint_set(path: str | Path, keypoints: np.ndarray, name: str | None = Non
         raise FormatError(path, f"has {keypoints.shape[1]} keypoints for a person, expected {known}")
     if len(fitting) == 1:
         return fitting[0]
-    upright = [_uprightness(known, keypoints) for known in fitting]
+    upright = [abs(_uprightness(known, keypoints)) for known in fitting]  # y may count upwards
     return fitting[int(np.argmax(upright))] if max(upright) > upright[0] + _CLEARER else fitting[0]
 
 
 def _uprightness(known: KeypointSet, keypoints: np.ndarray) -> float:
-    """Correlation of the markers' median heights in the picture with those of a standing body; -1 without markers."""
+    """Correlation of the markers' median heights in the picture with those of a standing body; 0 without markers."""
     y = known.markers(keypoints, _TRACE)[0][..., 1]
     seen = np.isfinite(y).any(axis=0)
     heights = -np.nanmedian(y[:, seen], axis=0)
     if seen.sum() < 3 or np.ptp(heights) == 0:
-        return -1.0
+        return 0.0
     standing = markers(np.zeros(len(POSE)), from_height())[seen, 2]
     return float(np.corrcoef(heights, standing)[0, 1])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from motionenv.body import from_height, markers
-from motionenv.errors import GapError
+from motionenv.errors import GapError, MotionError
 from motionenv.lifting import fit_freely, lift
-from motionenv.lifting.free.lifter import heading_of, limb_lengths
+from motionenv.lifting.free.lifter import heading_of, limb_lengths, undetermined
 from motionenv.lifting.side_labels import exchanged
 from motionenv.metrics import aligned_mpjpe, mpjpe, pelvis_mpjpe
 from motionenv.models.paths import WalkPath
@@ -169,3 +169,42 @@ def test_what_is_not_walking_is_told_and_has_no_bands(what, circling):
     assert not lifted.plausible
     assert lifted.unlike.mean() > 0.5
     assert np.isnan(lifted.band[lifted.unlike]).all()
+
+
+def test_points_in_metres_are_scaled_pixels_to_the_free_method(circling):
+    """Sports2D's metres: pixels divided by their number per metre, from the floor upwards."""
+    places, camera = circling
+    pixels = Points(camera.project(places)[0], 30.0, "px")
+    metres = Points((pixels.positions - [100.0, 460.0]) * [1, -1] / 183.0, 30.0, "m")
+    with pytest.raises(MotionError, match=r"--method free"):
+        lift(Points(metres.positions[:20], 30.0, "m"))
+    one, other = lift(pixels), lift(metres, method="free")
+    assert other.points.unit == "px"
+    assert pelvis_mpjpe(one.positions, other.positions).mean() < 0.02
+
+
+def test_what_is_not_seen_is_not_determined():
+    """By brute force: a marker counts within a second of a frame that shows it, if a whole leg does, too."""
+    rng = np.random.default_rng(0)
+    seen = np.repeat(rng.random((30, 15)) < 0.35, 4, axis=0)
+    fps = 5.0
+    legs = [[MARKERS.index(f"{side}_{part}") for part in ("hip", "knee", "ankle")] for side in ("left", "right")]
+    lately = np.array([[seen[max(t - 5, 0) : t + 6, m].any() for m in range(15)] for t in range(len(seen))])
+    expected = lately & (lately[:, legs[0]].all(1) | lately[:, legs[1]].all(1))[:, None]
+    np.testing.assert_array_equal(~undetermined(seen, fps), expected)
+    assert 0.1 < expected.mean() < 0.9
+
+
+def test_bands_are_only_of_what_is_determined(circling):
+    places, camera = circling
+    positions = camera.project(places)[0]
+    arms = ["elbow" in name or "wrist" in name for name in MARKERS]
+    positions[:, arms] = np.nan
+    lifted = lift(Points(positions, 30.0, "px"), camera=camera)
+    np.testing.assert_array_equal(np.isnan(lifted.band), np.broadcast_to(np.array(arms)[:, None], lifted.band.shape))
+    np.testing.assert_array_equal(np.isnan(lifted.confidence), np.isnan(lifted.band[..., 0]))
+    assert lifted.plausible
+    positions[:, ["hip" not in name and "shoulder" not in name for name in MARKERS]] = np.nan
+    trunk = lift(Points(positions, 30.0, "px"), camera=camera)
+    assert np.isnan(trunk.band).all()
+    assert not trunk.plausible

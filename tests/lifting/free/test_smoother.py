@@ -1,5 +1,7 @@
 """The fit of all frames: exact where the rays are, faithful to bodies where they are not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -118,3 +120,18 @@ def test_what_frames_do_not_determine_is_told():
     own[1] = -np.eye(2)
     with pytest.raises(MotionError, match="don't determine"):
         solve(own, *others, right)
+
+
+@pytest.mark.parametrize("seen", [("hip", "knee", "ankle"), ("hip", "shoulder", "head"), ("",)])
+@pytest.mark.parametrize("noise", [0.0017, 0.043])
+def test_deviations_are_never_wider_than_before_anything_is_seen(seen, noise):
+    """Rays, limbs and floors only narrow what is proposed: rounding must not grow from frame to frame."""
+    motion = synthesize("walk/fpca", 8, FPS, seed=3)
+    places = (markers(motion.poses, motion.skeleton) - [1.5, -5.0, 1.2]) / BODY_UNIT
+    rays = places / np.linalg.norm(places, axis=-1, keepdims=True)
+    rays[:, [not any(part in name for part in seen) for name in MARKERS]] = np.nan
+    settings = replace(DEFAULTS, least_ray=noise)
+    spread = np.full(rays.shape[:2], 0.1)
+    still = np.zeros((len(rays), 3))
+    fit = smooth(rays, still, np.ones(spread.shape), places - places[:, [2]], spread, FPS, settings)
+    assert (fit.deviations <= 0.1 * np.hypot(DEFAULTS.posture, 1.3 * 0.83) + 1e-9).all()

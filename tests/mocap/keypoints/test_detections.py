@@ -20,8 +20,8 @@ HIP = KEYPOINTS.index("left_hip")
 
 def read_one(path, person: int | None = None) -> np.ndarray:
     """Keypoints (frames, n, 3) of one person in a file."""
-    tracks, frames = detections.read(path)
-    return detections.in_frames(chosen(path, tracks, person), frames)
+    found = detections.read(path)
+    return detections.in_frames(chosen(path, found.tracks, person), found.frames)
 
 
 def test_keypoints_come_as_they_are_in_the_file(tmp_path):
@@ -260,7 +260,7 @@ def test_a_folder_has_a_frame_per_file(tmp_path):
     assert np.isnan(found[4]).all()
     np.testing.assert_array_equal(np.delete(found, 4, axis=0), np.delete(one, 4, axis=0))
     (tmp_path / "cam02_000000000009_keypoints.json").write_text(json.dumps(openpose([])))
-    with pytest.raises(FormatError, match="13 files with 12 numbers"):
+    with pytest.raises(FormatError, match="13 files or images have 12 numbers"):
         read_one(tmp_path)
     (tmp_path / "empty").mkdir()
     with pytest.raises(FormatError, match="got 0 files"):

@@ -266,7 +266,10 @@ def sports2d(keypoints, path, z=0.0, fps=60) -> str:
             "Frame#\tTime\t" + "\t\t\t".join(labels[i] for i in keep) + "\t\t",
             "\t\t" + "\t".join(f"X{i}\tY{i}\tZ{i}" for i in range(1, len(keep) + 1))]  # fmt: skip
     rows = [
-        f"{t}\t{t / fps}\t" + "\t".join("\t\t" if np.isnan(x) else f"{x}\t{y}\t{z}" for x, y, _ in k[keep])
+        f"{t}\t{t / fps}\t"
+        + "\t".join(
+            "\t\t" if np.isnan(x) else f"{x}\t{y}\t{np.broadcast_to(z, len(keypoints))[t]}" for x, y, _ in k[keep]
+        )
         for t, k in enumerate(keypoints)
     ]
     path.write_text("\n".join([*head, *rows]) + "\n")
@@ -285,8 +288,11 @@ def test_trc_files_in_pixels_of_sports2d(tmp_path):
     points = read_points(sports2d(metres, tmp_path / "walk_m_person00.trc"))
     np.testing.assert_allclose(points.positions, truth * [0.004, -0.004] + [0, 2], atol=1e-9)
     assert points.unit == "m"
-    with pytest.raises(FormatError, match="has 3D points"):
-        read_points(sports2d(keypoints, tmp_path / "b.trc", z=0.5))
+    deep = read_points(sports2d(metres, tmp_path / "Walk 2_m_person00.TRC", z=0.129, fps=30))
+    np.testing.assert_array_equal(deep.positions, points.positions)
+    for frames, z in ((20, np.linspace(0.5, 0.6, 20)), (1, 0.5)):
+        with pytest.raises(FormatError, match="has 3D points"):
+            read_points(sports2d(keypoints[:frames], tmp_path / "b.trc", z=z))
     with pytest.raises(MotionError, match="omit them"):
         read_points(tmp_path / "walk_px_person00.trc", person=1)
 
