@@ -263,8 +263,10 @@ class SqliteStore:
         return [row[0] for row in [*given_up, *again]]
 
     async def remove(self, job: str) -> bool:
-        """Remove a job that has ended; False if there is none."""
-        return bool(self._write("DELETE FROM jobs WHERE id = ? AND status NOT IN (?, ?) RETURNING 1", job, *WAITING))
+        """Remove a job that has ended, without a trace in the database's files; False if there is none."""
+        removed = self._write("DELETE FROM jobs WHERE id = ? AND status NOT IN (?, ?) RETURNING 1", job, *WAITING)
+        self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        return bool(removed)
 
     async def expire(self, before: float) -> int:
         """Remove the jobs that ended before a Unix time [s]; returns their number."""
@@ -337,6 +339,7 @@ def _connected(path: Path) -> sqlite3.Connection:
     db.execute("PRAGMA journal_mode = WAL")
     db.execute("PRAGMA synchronous = NORMAL")
     db.execute("PRAGMA foreign_keys = ON")
+    db.execute("PRAGMA secure_delete = ON")  # what is removed leaves no trace in free pages
     db.executescript(Path(__file__).with_name("schema.sql").read_text())
     if "owner" not in {row[1] for row in db.execute("PRAGMA table_info(jobs)")}:  # made before there were owners
         with contextlib.suppress(sqlite3.OperationalError):  # another process has just added it

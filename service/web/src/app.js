@@ -5,6 +5,7 @@ import { StimulusDialogue } from "./stimuli/dialogue.js";
 import { plain } from "./stimuli/settings.js";
 import { scattered } from "./stage/point_lights.js";
 import { Figure } from "./stage/figure.js";
+import { numberOf } from "./controls/widgets.js";
 import { parameters, titleOf } from "./controls/model_list.js";
 import { Plot } from "./stage/plot.js";
 import { Stage } from "./stage/stage.js";
@@ -215,7 +216,10 @@ export class App {
     this.mark("models", this.wanted);
     this.mark("chosen", String(state.chosen));
     $("compare").setAttribute("aria-pressed", String(walkers.length > 1));
-    if (document.activeElement !== $("seed")) $("seed").value = this.one.seed; // not what somebody is typing
+    if (document.activeElement !== $("seed")) {
+      $("seed").value = this.one.seed; // not what somebody is typing
+      numberOf($("seed"));
+    }
     $("who").value = this.one.who;
     $("together").checked = state.together;
     $("undo").disabled = !this.history.past.length;

@@ -32,7 +32,7 @@ function build() {
   return true;
 }
 
-const wide = matchMedia("(min-width: 70rem)");
+const wide = matchMedia("(min-width: 60rem)");
 const contents = made("details", { className: "contents", open: wide.matches }, made("summary", { textContent: "Contents" }));
 document.body.prepend(made("nav", { ariaLabel: "Operations" }, contents));
 new MutationObserver((_, observer) => build() && observer.disconnect()).observe(document.getElementById("swagger-ui"), { childList: true, subtree: true });
