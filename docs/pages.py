@@ -127,7 +127,8 @@ def walker() -> None:
     """walker.html: the stage of the service's page with a walker whose stride is in it, for any page of the site."""
     embed = DOCS / "_static" / "made"
     embed.mkdir(exist_ok=True)
-    shutil.copy(DOCS.parent / "service" / "web" / "dist" / "embed.js", embed)
+    (bundle,) = (DOCS.parent / "service" / "web" / "dist" / "assets").glob("main-*.js")
+    shutil.copy(bundle, embed / "page.js")
     parameters = packed(*motionenv.models.parameters("walk/fpca"))
     average = np.zeros(len(motionenv.load("walk/fpca").components()))
     stride = encoded(cycle("walk/fpca", speed=1.3, height=1.75), average, "walk/fpca", MEDIA_TYPE)
@@ -138,6 +139,6 @@ def walker() -> None:
         "<canvas role=img aria-label='A walker in three dimensions: drag to turn it'></canvas>"
         "<div><label>Turn <input type=range min=-180 max=180 value=45></label>"
         f"<label>Look <select>{looks}</select></label><button type=button>Pause</button></div></div>"
-        "<script src='_static/made/embed.js' defer></script>",
+        "<script src='_static/made/page.js' defer></script>",
         encoding="utf-8",
     )

@@ -3,6 +3,7 @@
 import os
 import re
 import threading
+from collections.abc import Collection
 from functools import lru_cache
 from pathlib import Path
 
@@ -15,13 +16,15 @@ from service.transport.access import Access
 
 _log = structlog.get_logger("motionenv.service")
 _KEPT = 16  # fitted models in memory
+_UNLISTED = "unlisted"
 _FITTED = re.compile(r"fitted/([a-z0-9][a-z0-9-]{0,62})")
 
 
 class ModelRegistry:
     """Models by name.
 
-    Those in the folder are called `fitted/<name>`: `<name>.npz` belongs to all, `<name>.<owner>.npz` to one key.
+    Those in the folder are called `fitted/<name>`: `<name>.npz` belongs to all, `<name>.<owner>.npz` to one key. What
+    ends in `.unlisted.npz` is in no list.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -84,14 +87,20 @@ class ModelRegistry:
         path = self.folder / f"{match[1]}.npz"
         return path if path.exists() else next(self.folder.glob(f"{match[1]}.*.npz"), None)
 
-    def place(self, name: str, owner: str) -> Path:
+    def place(self, name: str, owner: str, listed: bool = True) -> Path:
         """Path of the fitted model called `name`, which may not exist yet."""
-        stem = name.removeprefix("fitted/")
-        return self.find_path(name) or self.folder / (f"{stem}.{owner}.npz" if owner else f"{stem}.npz")
+        parts = (name.removeprefix("fitted/"), owner, "" if listed else _UNLISTED, "npz")
+        return self.find_path(name) or self.folder / ".".join(filter(None, parts))
 
-    def publish(self, file: Path, name: str, owner: str) -> None:
+    def publish(self, file: Path, name: str, owner: str, listed: bool) -> None:
         """Move the file of a model to where it is served from."""
-        os.replace(file, self.place(name, owner))
+        os.replace(file, self.place(name, owner, listed))
+
+    def remove_unlisted(self, wanted: Collection[str]) -> None:
+        """Remove the unlisted models whose names aren't `wanted`."""
+        for path in self.folder.glob(f"*.{_UNLISTED}.npz"):
+            if self.name_of(path) not in wanted:
+                path.unlink(missing_ok=True)
 
     def name_of(self, path: Path) -> str:
         """The name of the model in a file."""
@@ -99,7 +108,7 @@ class ModelRegistry:
 
     def owner_of(self, path: Path) -> str:
         """Owner of the model in a file; empty for one that belongs to all."""
-        return ".".join(path.name.split(".")[1:-1])
+        return ".".join(part for part in path.name.split(".")[1:-1] if part != _UNLISTED)
 
     def shows(self, path: Path, access: Access) -> bool:
         """Whether the model in a file may be used."""
@@ -108,7 +117,8 @@ class ModelRegistry:
 
     def names(self, access: Access) -> list[str]:
         """Names of all models that may be used, the ready-made ones first."""
-        fitted = (path for path in self.folder.glob("[a-z0-9]*.npz") if self.shows(path, access))
+        listed = (path for path in self.folder.glob("[a-z0-9]*.npz") if f".{_UNLISTED}" not in path.suffixes)
+        fitted = (path for path in listed if self.shows(path, access))
         return [*names(), *sorted(map(self.name_of, fitted))]
 
     def missing(self, name: str, access: Access) -> Problem:

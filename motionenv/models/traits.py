@@ -79,12 +79,17 @@ def _bounce(w: _Walkers) -> np.ndarray:
     return 2 * _wave(-w.of("pelvis")[..., 2], 2)
 
 
-def _wave(values: np.ndarray, harmonic: int) -> np.ndarray:
-    """Signed amplitude (n,) of the cosine in `values` (n, samples).
+def _sway(w: _Walkers) -> np.ndarray:
+    """Amplitude of the trunk's way from over one foot to over the other, a quarter of a cycle after steps are longest."""
+    return _wave(w.of("sternum")[..., 1], 1, delay=0.25)
+
+
+def _wave(values: np.ndarray, harmonic: int, delay: float = 0.0) -> np.ndarray:
+    """Signed amplitude (n,) of the cosine in `values` (n, samples), which peaks `delay` [cycles] after phase 0.
 
     Unlike a range, it is signed: it keeps falling when a movement vanishes and then reverses.
     """
-    phase = 2 * np.pi * harmonic * np.arange(values.shape[1]) / values.shape[1]
+    phase = 2 * np.pi * harmonic * (np.arange(values.shape[1]) / values.shape[1] - delay)
     return 2 * (values * np.cos(phase)).mean(axis=1)
 
 
@@ -101,6 +106,7 @@ def _lean(w: _Walkers) -> np.ndarray:
 #: Features by name: words for little and much of it, unit, and the function that measures it.
 FEATURES: dict[str, tuple[str, str, str, Callable[[_Walkers], np.ndarray]]] = {
     "bounce": ("flat", "bouncy", "body heights", _bounce),
+    "sway": ("steady", "swaying", "body heights", _sway),
     "arm swing": ("still arms", "swinging arms", "body heights", _swing),
     "arm spread": ("narrow arms", "wide arms", "body heights", lambda w: _apart(w, "wrist")),
     "step width": ("narrow steps", "wide steps", "body heights", lambda w: _apart(w, "ankle")),

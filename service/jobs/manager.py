@@ -152,10 +152,11 @@ class JobManager:
         self.backend.wake()
 
     async def remove(self, job: Job) -> None:
-        """Remove a job that has ended, with files that no other job uses."""
+        """Remove a job that has ended, with files that no other job uses and an unlisted model."""
         shas = {sha for _, sha in await self.store.inputs(job.id)} | {job.result or ""} - {""}
         await self.store.remove(job.id)
         await self.store.sweep(shas, self.file_store.remove)
+        self.model_registry.remove_unlisted(await self.store.models())
 
     async def remove_model(self, name: str, access: Access) -> None:
         """Remove the fitted model "fitted/<name>"; 404 if there is none."""

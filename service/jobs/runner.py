@@ -83,7 +83,7 @@ class JobRunner:
         def publish() -> None:
             self.file_store.place(result, sha)
             if job.model:
-                self.model_registry.publish(model, job.model, job.owner)
+                self.model_registry.publish(model, job.model, job.owner, job.listed)
 
         return await self.store.finish(job, sha, size, publish)
 

@@ -64,6 +64,11 @@ class Job:
     owner: str = ""  # whose key made it; empty without keys
     number: int = field(default=0, compare=False)  # in the order of their coming, given by the database
 
+    @property
+    def listed(self) -> bool:
+        """Whether lists show the job, and the model that it makes."""
+        return self.settings.get("listed", True)
+
 
 #: Columns of a job, in the order of its fields.
 COLUMNS = ", ".join(Job.__dataclass_fields__)
@@ -149,10 +154,10 @@ class SqliteStore:
     async def page(
         self, most: int, status: str | None = None, before: int | None = None, owner: str | None = None
     ) -> list[Job]:
-        """At most `most` jobs, newest first: those with a status, with a number less than `before`, of an owner."""
+        """At most `most` listed jobs, newest first: with a status, with a number less than `before`, of an owner."""
         query = (
             f"SELECT {COLUMNS} FROM jobs WHERE (?1 IS NULL OR status = ?1) AND (?2 IS NULL OR number < ?2) "
-            "AND (?3 IS NULL OR owner = ?3) ORDER BY number DESC LIMIT ?4"
+            "AND (?3 IS NULL OR owner = ?3) AND json_extract(settings, '$.listed') IS NOT 0 ORDER BY number DESC LIMIT ?4"
         )
         return [_job(row) for row in self._db.execute(query, (status, before, owner, most))]
 
@@ -167,6 +172,10 @@ class SqliteStore:
     def _queued(self, lane: str) -> int:
         kinds, marks = _kinds(lane)
         return self._one(f"SELECT count(*) FROM jobs WHERE status = 'queued' AND kind IN ({marks})", *kinds)[0]
+
+    async def models(self) -> set[str]:
+        """Names of the models that jobs made or make."""
+        return {row[0] for row in self._db.execute("SELECT model FROM jobs WHERE model IS NOT NULL")}
 
     async def counts(self) -> dict[str, int]:
         """Number of jobs by status."""
@@ -254,8 +263,10 @@ class SqliteStore:
         return [row[0] for row in [*given_up, *again]]
 
     async def remove(self, job: str) -> bool:
-        """Remove a job that has ended; False if there is none."""
-        return bool(self._write("DELETE FROM jobs WHERE id = ? AND status NOT IN (?, ?) RETURNING 1", job, *WAITING))
+        """Remove a job that has ended, without a trace in the database's files; False if there is none."""
+        removed = self._write("DELETE FROM jobs WHERE id = ? AND status NOT IN (?, ?) RETURNING 1", job, *WAITING)
+        self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        return bool(removed)
 
     async def expire(self, before: float) -> int:
         """Remove the jobs that ended before a Unix time [s]; returns their number."""
@@ -328,6 +339,7 @@ def _connected(path: Path) -> sqlite3.Connection:
     db.execute("PRAGMA journal_mode = WAL")
     db.execute("PRAGMA synchronous = NORMAL")
     db.execute("PRAGMA foreign_keys = ON")
+    db.execute("PRAGMA secure_delete = ON")  # what is removed leaves no trace in free pages
     db.executescript(Path(__file__).with_name("schema.sql").read_text())
     if "owner" not in {row[1] for row in db.execute("PRAGMA table_info(jobs)")}:  # made before there were owners
         with contextlib.suppress(sqlite3.OperationalError):  # another process has just added it

@@ -30,6 +30,7 @@ class Supervisor:
         self, settings: Settings, store: SqliteStore, file_store: FileStore, model_registry: ModelRegistry
     ) -> None:
         self.settings, self.store, self.file_store = settings, store, file_store
+        self._models = model_registry
         self._runner = JobRunner(settings, store, file_store, model_registry, settings.data / "work")
         self._tasks: dict[str, tuple[Job, str, asyncio.Task]] = {}  # running jobs by id, with their lanes
         self._most = {"quick": settings.quick_processes, "long": settings.job_processes}
@@ -107,6 +108,7 @@ class Supervisor:
             self._cleaned = time.monotonic()
             await self.store.expire(time.time() - self.settings.job_days * _DAY)
             await self.store.sweep(self.file_store.all(), self.file_store.remove)
+            self._models.remove_unlisted(await self.store.models())
             await asyncio.to_thread(self.file_store.sweep_incoming)
             await asyncio.to_thread(self.file_store.load_ballast)
 

@@ -7,10 +7,11 @@ from typing import Any
 
 from fastapi import APIRouter, FastAPI
 from fastapi.openapi.docs import get_swagger_ui_html
-from starlette.responses import Response
+from starlette.responses import HTMLResponse, Response
 from starlette.staticfiles import StaticFiles
 
 from service.errors import KINDS
+from service.routes.page import FOLDER
 from service.schemas.stream import StreamSettings
 from service.transport.access import FREE
 
@@ -44,12 +45,16 @@ little-endian float32.
 @router.get("/docs")
 async def docs() -> Response:
     """The API reference, with a form to try each operation."""
-    page = get_swagger_ui_html(
+    bare = get_swagger_ui_html(
         openapi_url="openapi.json", title="motionenv HTTP API", swagger_js_url="docs/swagger-ui-bundle.js",
         swagger_css_url="docs/swagger-ui.css", swagger_favicon_url="docs/favicon.png",
     )  # fmt: skip
-    (script,) = re.findall(rb"<script>(.*?)</script>", bytes(page.body), re.DOTALL)
-    digest = base64.b64encode(hashlib.sha256(script).digest()).decode()
+    text = bytes(bare.body).decode()
+    (starting,) = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    digest = base64.b64encode(hashlib.sha256(starting.encode()).digest()).decode()
+    script, style = (next(FOLDER.glob(f"assets/contents-*.{kind}")).name for kind in ("js", "css"))
+    also = f'<link rel="stylesheet" href="assets/{style}"><script defer src="assets/{script}"></script>'
+    page = HTMLResponse(text.replace("</head>", f"{also}</head>"))
     page.headers["Cache-Control"] = "no-cache"
     page.headers["Content-Security-Policy"] = (
         f"default-src 'none'; script-src 'self' 'sha256-{digest}'; style-src 'self' 'unsafe-inline'; "

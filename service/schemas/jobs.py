@@ -61,6 +61,10 @@ class ReadFields(BaseModel):
         description="Which of several people in a file: what stands in front of the names of the person's points and a "
         "colon. Without it, the one with the most landmarks.",
     )  # fmt: skip
+    listed: bool = Field(
+        True, description="Whether lists show the job and the model that it makes. What isn't listed is for those who "
+        "know its name, and an unlisted model goes with its job."
+    )  # fmt: skip
 
 
 class FillFields(ReadFields):

@@ -7,31 +7,24 @@ import { readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 
 rmSync("dist", { recursive: true, force: true });
 const { metafile } = await build({
-  entryPoints: ["src/main.js", "src/style.css", "src/icon.svg"],
+  entryPoints: ["src/main.js", "src/style.css", "src/icon.svg", "src/docs/contents.js", "src/docs/contents.css"],
+  outbase: "src",
   bundle: true,
   minify: true,
-  format: "esm",
+  format: "iife", // the documentation opens its pages from disk, where browsers load no modules
   target: ["es2022"],
   loader: { ".svg": "copy" },
   outdir: "dist/assets",
-  entryNames: "[name]-[hash]",
+  entryNames: "[name]-[hash]", // of the page, and of the API's reference
   legalComments: "eof",
   metafile: true,
-});
-// For the pages of the documentation, which open from disk: browsers load no modules from there.
-await build({
-  entryPoints: ["src/stage/embed.js"],
-  bundle: true,
-  minify: true,
-  format: "iife",
-  target: ["es2022"],
-  outdir: "dist",
-  legalComments: "eof",
 });
 let page = readFileSync("src/index.html", "utf8");
 for (const [path, { entryPoint }] of Object.entries(metafile.outputs)) {
   if (entryPoint) page = page.replace(entryPoint.replace("src/", "assets/"), path.replace("dist/", ""));
 }
+// In the page itself, as it is what a slow line shows first.
+page = page.replace("assets/poster.webp", `data:image/webp;base64,${readFileSync("src/poster.webp").toString("base64")}`);
 writeFileSync("dist/index.html", page);
 
 const inSrc = readdirSync("src", { recursive: true, withFileTypes: true }).filter((entry) => entry.isFile());

@@ -22,7 +22,7 @@ for trait in traits.values():
 # show it. A trait changes whatever goes with its feature in the model, but not speed: all walk at the mean pace of
 # people, unless ``speed=`` says otherwise.
 
-views = {"arm swing": 0, "lean": 0, "arm spread": 90, "step width": 90}  # degrees
+views = {"arm swing": 0, "lean": 0, "sway": 90, "arm spread": 90, "step width": 90}  # degrees
 figure, axes = plt.subplots(2, len(views), figsize=(7.2, 5.8), layout="constrained")
 for column, (name, degrees) in zip(axes.T, views.items(), strict=True):
     trait = traits[name]

@@ -5,7 +5,8 @@ import { StimulusDialogue } from "./stimuli/dialogue.js";
 import { plain } from "./stimuli/settings.js";
 import { scattered } from "./stage/point_lights.js";
 import { Figure } from "./stage/figure.js";
-import { parameters } from "./controls/model_list.js";
+import { numberOf } from "./controls/widgets.js";
+import { parameters, titleOf } from "./controls/model_list.js";
 import { Plot } from "./stage/plot.js";
 import { Stage } from "./stage/stage.js";
 import { GaitDialogue } from "./gait/dialogue.js";
@@ -67,11 +68,13 @@ export class App {
       this.say("");
       const capture = state.model === name ? state.capture : null;
       this.parameters = found;
+      this.stepped ||= state === this.state && state.model !== name;
       this.state = state;
       state.model = name;
       for (const one of state.people) enter(one, name, found);
       this.controls = new Controls(this, found);
       this.people();
+      $("models-section").open ||= name !== fresh().model;
       if (capture) await this.recall(capture);
       if (state.camera) this.stage.look(state.camera);
       if (state.stimulus) this.stimulate();
@@ -130,6 +133,7 @@ export class App {
 
   /** Show a captured walker, of the inspection `id`; null returns to the model. */
   invite(guest, id = null) {
+    this.stepped = true;
     this.guest = guest;
     this.state.capture = id;
     this.cycles = [0, 0];
@@ -184,10 +188,15 @@ export class App {
 
   /** Update the layout, only if it changes: that is expensive. */
   arrange() {
-    const [figure, two] = [this.state.figure, this.walkers.length > 1];
-    if (this.arranged === `${figure} ${two}`) return;
-    this.arranged = `${figure} ${two}`;
+    const [figure, two, guest] = [this.state.figure, this.walkers.length > 1, this.guest !== null];
+    if (this.arranged === `${figure} ${two} ${guest}`) return;
+    this.arranged = `${figure} ${two} ${guest}`;
     $("chosen").hidden = $("names").hidden = !two;
+    $("in-step").hidden = !two || streamed(this.parameters);
+    for (const part of document.querySelectorAll(".of-model")) part.hidden = guest;
+    $("subject").hidden = !guest;
+    if (guest) $("subject").after($("capture")); // what can be done with it, before all else
+    else document.querySelector(".panel footer").before($("capture"));
     $("facts").hidden = two;
     $("stage").dataset.figure = figure;
     $("dots").hidden = figure !== "points";
@@ -207,16 +216,23 @@ export class App {
     this.mark("models", this.wanted);
     this.mark("chosen", String(state.chosen));
     $("compare").setAttribute("aria-pressed", String(walkers.length > 1));
-    if (document.activeElement !== $("seed")) $("seed").value = this.one.seed; // not what somebody is typing
+    if (document.activeElement !== $("seed")) {
+      $("seed").value = this.one.seed; // not what somebody is typing
+      numberOf($("seed"));
+    }
+    $("who").value = this.one.who;
+    $("together").checked = state.together;
     $("undo").disabled = !this.history.past.length;
     $("redo").disabled = !this.history.future.length;
     this.arrange();
     this.tell();
-    $("about").textContent = guest ? "This is your capture. Move a slider or choose a model to return to the models." : this.parameters.about;
-    for (const button of $("downloads").children) button.disabled = guest !== null;
+    $("about").textContent = this.parameters.about;
+    $("model-name").textContent = titleOf(state.model);
+    $("subject-title").textContent = guest ? `Your capture: ${guest.name}` : "";
+    $("subject-facts").textContent = guest?.facts() ?? "";
     $("captured").hidden = !guest?.points;
-    $("gait").disabled = guest !== null || this.parameters.steerable;
-    $("stimulate").disabled = guest !== null || streamed(this.parameters);
+    $("gait").disabled = this.parameters.steerable;
+    $("stimulate").disabled = streamed(this.parameters);
     stage.changed = true;
     this.write();
   }
@@ -232,22 +248,40 @@ export class App {
     return scattered(averageMarkers(walker), walker.body.height, this.one.seed);
   }
 
-  /** Write the state to the address, debounced. */
+  /** Write the state to the address, debounced; after a `step`, Back returns to the address before. */
   write() {
     clearTimeout(this.writing);
-    this.writing = setTimeout(() => history.replaceState(null, "", `#${link(this.state)}`), LINK_AFTER);
+    this.writing = setTimeout(() => {
+      const address = `#${link(this.state)}`;
+      if (this.stepped && address !== location.hash) history.pushState(null, "", address);
+      else history.replaceState(null, "", address);
+      this.stepped = false;
+    }, LINK_AFTER);
+  }
+
+  /** Something is about to be done to people that is a step of its own, for Undo and for Back. */
+  step() {
+    this.history.remember(this.state, true);
+    this.stepped = true;
   }
 
   /** A random walker. */
   draw(seed) {
-    this.history.remember(this.state, true);
+    this.step();
     drawn(this.one, seed);
+    this.anew();
+  }
+
+  /** Draw from another kind of people, one of `PEOPLE`, with the same number. */
+  drawFrom(who) {
+    this.step();
+    drawn(Object.assign(this.one, { who }), this.one.seed);
     this.anew();
   }
 
   /** The average walker at its own speed. */
   reset() {
-    this.history.remember(this.state, true);
+    this.step();
     level(this.one);
     this.anew();
   }
@@ -260,7 +294,7 @@ export class App {
 
   /** Two walkers side by side, the second drawn at random, or one again. */
   compare() {
-    this.history.remember(this.state, true);
+    this.step();
     const { people } = this.state;
     if (people.length > 1) people.length = 1;
     else people.push(drawn({ ...people[0] }, people[0].seed + 1));
@@ -317,7 +351,10 @@ export class App {
       state.stimulus = stimulus;
       this.write();
     };
-    const people = state.people.map((one, i) => settingsOf(state.model, this.parameters, settled({ ...one }, walkers[i].cycle)));
+    const people = state.people.map((one, i) => {
+      const { weight, ...settings } = settingsOf(state.model, this.parameters, settled({ ...one }, walkers[i].cycle));
+      return settings; // dots don't show how heavy somebody is
+    });
     this.stimuli = new StimulusDialogue({ walkers, people, first: state.chosen, stimulus: state.stimulus, paused, changed });
     this.stimuli.open();
     this.write();
@@ -338,13 +375,20 @@ export class App {
 
   /** Copy a link to the state; returns whether the clipboard could be used. */
   async copyLink() {
-    history.replaceState(null, "", `#${link(this.state)}`);
+    this.stepped = true;
+    this.write();
     try {
-      await navigator.clipboard.writeText(location.href);
+      await navigator.clipboard.writeText(`${location.href.split("#")[0]}#${link(this.state)}`);
       return true;
     } catch {
       return false;
     }
+  }
+
+  /** Everything works: let it be used. */
+  ready() {
+    for (const part of document.querySelectorAll("[inert]")) part.inert = false;
+    $("loading").hidden = true;
   }
 
   /** The address changed: show its state. */
@@ -373,9 +417,16 @@ export class App {
     this.count(begun, ready);
   }
 
-  /** Advance time; streams side by side are shown at the same time. */
+  /** Advance time; streams side by side are shown at the same time, and who walks in step has a common cadence. */
   pass(seconds) {
-    this.walkers.forEach((walker, i) => (this.cycles[i] = walker.after(this.cycles[i], seconds)));
+    const { walkers, state } = this;
+    const together = state.together && walkers.length > 1 && walkers.every(({ cyclic }) => cyclic);
+    const common = together ? (walkers[0].seconds + walkers[1].seconds) / 2 : null;
+    walkers.forEach((walker, i) => {
+      const passed = together ? (seconds * walker.seconds) / common : seconds;
+      this.cycles[i] = walker.after(this.cycles[i], passed);
+    });
+    if (together) this.cycles.fill(this.cycles[0]);
     const grown = streamed(this.parameters) && !this.guest;
     if (grown) this.cycles.fill(Math.min(...this.cycles.slice(0, this.walkers.length)));
   }
@@ -400,7 +451,10 @@ export class App {
   /** Record times of the frame [ms]: start, update, draw. */
   count(begun, moved) {
     const { times } = this.stats;
-    if (this.stats.frames++ === 0) performance.mark("walking");
+    if (this.stats.frames++ === 0) {
+      performance.mark("walking");
+      $("poster").hidden = true;
+    }
     times.push([begun, moved, performance.now()]);
     if (times.length > KEPT) times.shift();
   }

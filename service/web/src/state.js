@@ -4,8 +4,14 @@ import { parsed, plain, SETTINGS } from "./stimuli/settings.js";
 
 export const LIMIT = 3; // standard deviations to either side
 
+/** What fields and sliders take: least and greatest value. */
+export const RANGES = { speed: [0.3, 2.6], height: [1, 2.2], weight: [30, 150], heading: [-180, 180], seed: [0, 2 ** 32 - 1] };
+
+/** Whom the service may draw. */
+export const PEOPLE = ["adult", "woman", "man", "child", "girl", "boy"];
+
 /** What is ticked or not; ids of the page's elements, too. */
-export const FLAGS = ["lines", "inverted", "scattered", "markers"];
+export const FLAGS = ["lines", "inverted", "scattered", "hiding", "markers"];
 
 const FAR = 1e4; // greatest number of a view
 const TEMPERATURE = 0.05; // default for trees
@@ -17,6 +23,8 @@ const person = () => ({
   elsewhere: {}, // deviations, drawn and held in other models, by their names
   speed: null,
   height: null,
+  weight: null,
+  who: PEOPLE[0], // the kind of people of whom one is drawn
   activity: null,
   heading: null,
   temperature: TEMPERATURE,
@@ -30,7 +38,9 @@ export const fresh = () => ({
   lines: false,
   inverted: false,
   scattered: false,
+  hiding: false, // whether the body hides the points behind it
   markers: false, // the captured points over the body
+  together: false, // whether two walkers keep step
   camera: null,
   capture: null, // id of the inspection whose capture is shown
   stimulus: null, // the settings of the dialogue for experiments while it is open
@@ -50,7 +60,7 @@ export function link(state) {
   const fields = new URLSearchParams();
   fields.set("model", state.model);
   if (state.figure !== "body") fields.set("figure", state.figure);
-  for (const flag of FLAGS) if (state[flag]) fields.set(flag, "1");
+  for (const flag of [...FLAGS, "together"]) if (state[flag]) fields.set(flag, "1");
   if (state.camera) fields.set("camera", state.camera.map(short).join(","));
   if (state.capture) fields.set("capture", state.capture);
   if (state.stimulus) stimulusTo(fields, state.stimulus);
@@ -61,6 +71,8 @@ export function link(state) {
     if (one.held.length) fields.set(`held${mark}`, one.held.join(","));
     if (one.speed !== null) fields.set(`speed${mark}`, short(one.speed));
     if (one.height !== null) fields.set(`height${mark}`, short(one.height));
+    if (one.weight !== null) fields.set(`weight${mark}`, short(one.weight));
+    if (one.who !== PEOPLE[0]) fields.set(`who${mark}`, one.who);
     if (one.activity !== null) fields.set(`activity${mark}`, one.activity);
     if (one.heading !== null) fields.set(`heading${mark}`, short(one.heading));
     if (one.temperature !== TEMPERATURE) fields.set(`temperature${mark}`, short(one.temperature));
@@ -99,7 +111,7 @@ export function enter(one, name, { components, traits, activities }) {
 }
 
 /** A person whom the service draws with a `seed`: the same who walks over HTTP and in Python. */
-export const drawn = (one, seed) => Object.assign(one, { seed, drawn: true, held: [], deviations: [], speed: null, height: null });
+export const drawn = (one, seed) => Object.assign(one, { seed, drawn: true, held: [], deviations: [], speed: null, height: null, weight: null });
 
 /** A drawn person with settings of its own, as they are in a stride; from then on sliders move them. */
 export function settled(one, { deviations, stride, seconds, height }) {
@@ -125,12 +137,13 @@ function personFrom(fields, mark) {
   one.drawn = !given && fields.get(`drawn${mark}`) === "1";
   const held = (fields.get(`held${mark}`) ?? "").split(",");
   one.held = [...new Set(held.filter((slider) => /^[tc]\d{1,2}$/.test(slider)))];
-  if (fields.has(`speed${mark}`)) one.speed = number(fields.get(`speed${mark}`), 0.3, 2.6, null);
-  if (fields.has(`height${mark}`)) one.height = number(fields.get(`height${mark}`), 1, 2.2, null);
+  for (const name of ["speed", "height", "weight", "heading"]) {
+    if (fields.has(name + mark)) one[name] = number(fields.get(name + mark), ...RANGES[name], null);
+  }
+  if (PEOPLE.includes(fields.get(`who${mark}`))) one.who = fields.get(`who${mark}`);
   one.activity = fields.get(`activity${mark}`);
-  if (fields.has(`heading${mark}`)) one.heading = number(fields.get(`heading${mark}`), -180, 180, null);
   one.temperature = number(fields.get(`temperature${mark}`), 0.01, 1, TEMPERATURE);
-  one.seed = Math.round(number(fields.get(`seed${mark}`), 0, 2 ** 32 - 1, 0));
+  one.seed = Math.round(number(fields.get(`seed${mark}`), ...RANGES.seed, 0));
   return one;
 }
 
@@ -141,7 +154,7 @@ export function fromLink(text) {
   const model = fields.get("model") ?? "";
   if (/^[a-z0-9]+\/[a-z0-9][a-z0-9-]{0,62}$/.test(model)) state.model = model;
   if (["body", "stick", "points"].includes(fields.get("figure"))) state.figure = fields.get("figure");
-  for (const flag of FLAGS) state[flag] = fields.get(flag) === "1";
+  for (const flag of [...FLAGS, "together"]) state[flag] = fields.get(flag) === "1";
   const camera = (fields.get("camera") ?? "").split(",").map(Number);
   if (camera.length === 3 && camera.every((x) => Math.abs(x) <= FAR)) state.camera = camera;
   if (/^[\w-]{8,64}$/.test(fields.get("capture") ?? "")) state.capture = fields.get("capture");

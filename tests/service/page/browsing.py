@@ -51,7 +51,8 @@ class Tab:
         """Go to the page in a state, and wait until somebody walks."""
         self.page.goto("about:blank")
         self.page.goto(f"{self.url}/#{state}")
-        self.until("globalThis.motionenv?.stats.frames > 0", 120)  # a busy service still loads the tree
+        ready = "globalThis.motionenv?.stats.frames > 0 && document.getElementById('loading').hidden"
+        self.until(ready, 120)  # a busy service still loads the tree
         return self
 
     def ask(self, expression: str) -> Any:

@@ -36,7 +36,7 @@ def test_captured_points_are_where_the_body_is(browser, server, walk):
     assert other.page.is_checked("#markers")
     other.still(0.37)
     np.testing.assert_allclose(other.ask("[...motionenv.walkers[0].points]"), points.ravel(), atol=1e-6)
-    other.page.click("#compare")  # back to the models
+    other.page.click("#leave")  # back to the models
     assert other.page.is_hidden("#captured")
     assert [*seen.complaints, *other.complaints] == []
 

@@ -116,6 +116,17 @@ def test_what_cannot_be_is_told(browser, server):
     assert seen.complaints == []
 
 
+def test_the_preview_can_be_seen_at_twice_the_size(browser, server):
+    """At a zoom of 200 %, a desk of 1280 × 800 has 640 × 400."""
+    seen = tab(browser, server.url, (640, 400)).open("model=walk/fpca")
+    seen.page.evaluate("() => motionenv.stimulate()")
+    box = seen.page.locator("dialog canvas").bounding_box()
+    assert min(box["width"], box["height"]) >= 200
+    assert seen.page.locator("dialog .settings").bounding_box()["height"] >= 100
+    seen.picture("stimuli-at-200")
+    seen.page.context.close()
+
+
 def test_a_link_brings_the_stimulus_back_and_closing_keeps_the_settings(browser, server):
     seen = opened(browser, server)
     before = seen.ask("motionenv.state.stimulus")

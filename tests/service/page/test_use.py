@@ -42,7 +42,7 @@ def test_every_control_is_reached_with_tab_and_can_be_seen_to_be(shown):
     shown.open("model=walk/fpca&figure=points")
     shown.ask("{ document.querySelectorAll('details').forEach((d) => (d.open = true)); }")
     reached = []
-    for _ in range(80):
+    for _ in range(120):
         shown.page.keyboard.press("Tab")
         reached.append(
             shown.ask(
@@ -56,7 +56,7 @@ def test_every_control_is_reached_with_tab_and_can_be_seen_to_be(shown):
             break
     names = {name for name, _ in reached}
     assert {"view", "pause", "scrub", "randomise", "reset", "compare", "link", "seed", "seconds", "lines"} <= names
-    assert len([name for name in names if "standard deviations" in name]) == 5 + 8
+    assert len([name for name in names if "standard deviations" in name]) == 6 + 8
     assert [name for name, seen in reached if not seen] == []
 
 
@@ -125,6 +125,7 @@ def test_the_page_says_in_plain_words_what_fails(browser, server):
     unlucky = tab(browser, server.url)
     unlucky.open("model=walk/fpca")
     unlucky.page.route("**/v1/**", lambda route: route.abort())
+    unlucky.page.click("#models-section summary")
     unlucky.page.click("#models label:nth-of-type(2)")
     unlucky.until("!document.getElementById('note').hidden")
     assert "doesn't answer" in unlucky.page.text_content("#note")
@@ -189,9 +190,10 @@ def walk_file(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_a_capture_is_shown_cut_and_fitted(shown, walk_file):
+def test_a_capture_is_shown_cut_and_fitted_for_who_asks(shown, server, walk_file):
     shown.open("model=walk/fpca")
     fitted = "document.querySelectorAll('#models input[value^=\"fitted/me-01\"]').length"
+    known = lambda: [each["name"] for each in server.http.get("/v1/models").json()["models"]]
     shown.page.set_input_files("#capture-panel input[type=file]", walk_file)
     shown.until("document.querySelector('.found')?.textContent.includes('strides')", 60)
     found = shown.page.text_content(".found")
@@ -203,17 +205,99 @@ def test_a_capture_is_shown_cut_and_fitted(shown, walk_file):
     assert None not in head
     assert min(shown.ask("motionenv.guest.limbs").__getitem__(slice(62, 66, 3))) > -0.05
     shown.picture("capture-found")
-    shown.until("document.querySelectorAll('.steps .done').length === 4", 120)
-    shown.page.locator("#capture").scroll_into_view_if_needed()
-    shown.picture("capture-fitted")
-    shown.page.click("text=Use model")
+    shown.until("document.querySelectorAll('.steps .done').length === 3", 120)
+    assert shown.page.text_content("#subject-title") == "Your capture: me_01.npz"
+    assert "m/s" in shown.page.text_content("#subject-facts")
+    assert not shown.page.is_visible("#randomise"), "one subject at a time"
+    assert not shown.page.is_visible("#traits")
+    shown.picture("capture-read")
+    assert not any("me-01" in name for name in known()), "nobody asked for a model"
+    shown.page.click("text=Make a model of it")
+    shown.page.click("text=Use model", timeout=120_000)
     shown.until("motionenv.state.model.startsWith('fitted/me-01') && motionenv.guest === null", 30)
     assert shown.ask("motionenv.walkers[0].speed") == pytest.approx(1.2, abs=0.25)
-    assert shown.ask(fitted) == 1
-    shown.page.click("text=Delete model")
+    shown.until(f"{fitted} === 1")
+    assert shown.page.is_visible("#traits")
+    assert not any("me-01" in name for name in known()), "it is the visitor's own"
+    name = shown.ask("motionenv.state.model")
+    assert server.http.get(f"/v1/models/{name}").status_code == 200, "for who knows its name"
+    shown.page.click("text=Forget the files")
     shown.until("motionenv.state.model === 'walk/fpca'")
     shown.until(f"{fitted} === 0")
+    assert server.http.get(f"/v1/models/{name}").status_code == 404
     assert shown.complaints == []
+
+
+def test_files_dropped_meanwhile_wait_and_each_says_how_it_fares(browser, server, tmp_path):
+    files = [tmp_path / name for name in ("walk0.npz", "walk1.npz", "walk2.bvh")]
+    for seed, path in enumerate(files[:2]):
+        motionenv.write(motionenv.synthesize("walk/fpca", 4, 60, seed=seed, height=1.6 + 0.1 * seed), path)
+    files[2].write_text("these are not the joints that you are looking for")
+    seen = tab(browser, server.url).open("model=walk/fpca")
+    for path in files:
+        seen.page.set_input_files("#capture-panel input[type=file]", path)
+    states = "[...document.querySelectorAll('.queue li')].map((row) => row.textContent)"
+    assert [told.partition(":")[0] for told in seen.ask(states)] == [path.name for path in files]
+    seen.until(f"{states}.every((told) => !/waiting|being read/.test(told))", 120)
+    assert seen.ask(states) == ["walk0.npz: read", "walk1.npz: read", "walk2.bvh: not readable"]
+    seen.page.click(".queue li:nth-child(1) button")
+    seen.until("motionenv.guest?.name === 'walk0.npz'")
+    assert seen.page.text_content("#subject-title") == "Your capture: walk0.npz"
+    seen.page.click("#leave")
+    assert seen.ask("motionenv.guest") is None
+    assert seen.page.is_visible("#randomise")
+    assert seen.complaints == []
+
+
+def test_fields_say_what_they_take_and_replace_nothing(shown):
+    shown.open("model=walk/fpca&seed=7&drawn=1")
+    for field, odd in (("seed", "-5"), ("seed", "1.5"), ("seconds", "0"), ("seconds", "-3"), ("seconds", "1000")):
+        shown.page.fill(f"#{field}", odd)
+        shown.page.keyboard.press("Tab")
+        assert shown.page.input_value(f"#{field}") == odd
+        assert shown.page.get_attribute(f"#{field}", "aria-invalid") == "true"
+        assert "number from" in shown.page.text_content(f"#wrong-{field}")
+        assert shown.ask("motionenv.one.seed") == 7
+    shown.page.click("#downloads button")
+    assert shown.ask("document.activeElement.id") == "seconds"
+    shown.page.fill("#seconds", "2.5")
+    assert shown.page.locator("#wrong-seconds").count() == 0
+
+
+def test_back_and_forward_go_through_what_was_seen(shown):
+    shown.open("model=walk/fpca")
+    seen = []
+    for seed in (3, 4):
+        shown.page.evaluate("(seed) => motionenv.draw(seed)", seed)
+        shown.until(f"location.hash.includes('seed={seed}')")
+        seen.append(shown.page.url)
+    shown.page.go_back()
+    shown.until("motionenv.one.seed === 3 && motionenv.one.drawn")
+    assert shown.page.url == seen[0]
+    shown.page.go_forward()
+    shown.until("motionenv.one.seed === 4")
+    assert shown.page.url == seen[1]
+
+
+def test_a_slow_line_shows_somebody_before_the_script_comes(browser, server):
+    """At 400 kbit/s: the poster is in the page itself, which is under 20 kB; buttons wait until they work."""
+    slow = tab(browser, server.url)
+    held = []
+    slow.page.route("**/assets/main-*.js", lambda route: held.append(route))
+    slow.page.goto(server.url, wait_until="commit")
+    slow.until("document.getElementById('poster')?.complete && document.getElementById('poster').naturalWidth > 0")
+    size = len(server.http.get("/").content) + len(server.http.get("/", headers={"Accept-Encoding": "gzip"}).content)
+    assert size < 2 * 20_000
+    slow.picture("slow-line")
+    assert slow.page.is_visible("#loading")
+    assert slow.ask("document.getElementById('controls').inert")
+    while not held:
+        slow.page.wait_for_timeout(20)
+    held[0].continue_()
+    slow.until("globalThis.motionenv?.stats.frames > 0 && document.getElementById('loading').hidden", 60)
+    assert not slow.page.is_visible("#poster")
+    assert not slow.ask("document.querySelector('[inert]') !== null")
+    slow.page.context.close()
 
 
 def test_a_file_that_is_no_capture_is_told_so(shown, tmp_path):
@@ -245,15 +329,21 @@ def test_files_are_forgotten_when_asked(browser, server, tmp_path):
     motionenv.write(motionenv.synthesize("walk/fpca", 4, 60, seed=9), tmp_path / f"{name}.c3d")
     seen = tab(browser, server.url, PHONE).open("model=walk/fpca")
     seen.page.set_input_files("#capture-panel input[type=file]", tmp_path / f"{name}.c3d")
-    seen.until("document.querySelectorAll('.steps .done').length === 4", 120)
+    seen.until("document.querySelectorAll('.steps .done').length === 3", 120)
+    seen.page.click("text=Make a model of it")
+    seen.page.locator("text=Use model").wait_for(timeout=120_000)
     assert seen.ask("document.documentElement.scrollWidth") <= PHONE[0]
     jobs = seen.ask("motionenv.guest && Array.from(document.querySelectorAll('.found li')).length")
     assert jobs == 1
-    listed = lambda: [job for job in server.http.get("/v1/jobs").json()["jobs"] if name[:40] in job["files"][0]]
-    assert len(listed()) == 2  # the inspection and the fit
+    assert not any(name[:40] in str(job) for job in server.http.get("/v1/jobs").json()["jobs"]), "it is in no list"
+    kept = lambda: {path for path in server.data.rglob("*") if path.is_file() and path.suffix != ".sqlite-wal"}
+    before = kept()
     seen.page.click("text=Forget the files")
     seen.until("document.querySelector('#capture').textContent.includes('Forgotten')")
-    assert listed() == []
+    gone = before - kept()
+    assert any(path.parent.name == "models" for path in gone)
+    assert not any(name[:20] in path.name for path in kept())
+    assert not any(name.encode() in path.read_bytes() for path in kept()), "nothing of it stays on disk"
     assert seen.ask("motionenv.guest") is None
     assert seen.complaints == []
 
@@ -267,7 +357,7 @@ def test_an_axis_between_two_groups_becomes_a_slider(browser, server, tmp_path):
         motionenv.write(walk, files[-1])
     seen = tab(browser, server.url).open("model=walk/fpca")
     seen.page.set_input_files("#capture-panel input[type=file]", files)
-    seen.until("document.querySelectorAll('.steps .done').length === 4", 120)
+    seen.page.click("text=Make a model of it", timeout=120_000)
     seen.page.click("text=An axis between two groups of people")
     seen.page.fill("[aria-label='Name of the first group']", "Strollers")
     seen.page.fill("[aria-label='Name of the second group']", "Hurried")
@@ -279,7 +369,7 @@ def test_an_axis_between_two_groups_becomes_a_slider(browser, server, tmp_path):
     slider = seen.page.locator("#traits .slider").first
     assert "Strollers" in slider.inner_text()
     assert "Left out of the fit" in slider.get_attribute("title")
-    seen.page.click("text=Delete model")
+    seen.page.click("text=Forget the files")
     seen.until("motionenv.state.model === 'walk/fpca'")
     assert seen.complaints == []
 
@@ -294,9 +384,8 @@ def test_a_link_shows_a_capture_while_it_is_kept(browser, server, tmp_path):
     other = tab(browser, server.url).open(link)
     other.until("motionenv.guest", 30)
     assert other.ask("motionenv.guest.body.height") == pytest.approx(seen.ask("motionenv.guest.body.height"))
-    other.page.click("#randomise")
+    other.page.click("#leave")
     other.until("motionenv.guest === null && !location.hash.includes('capture')")
-    seen.until("document.querySelectorAll('.steps .done').length === 4", 120)
     seen.page.click("text=Forget the files")
     seen.until("document.querySelector('#capture').textContent.includes('Forgotten')")
     gone = tab(browser, server.url).open(link)

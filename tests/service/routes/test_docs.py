@@ -2,8 +2,10 @@
 
 import re
 
+import pytest
+
 from service.errors import KINDS
-from tests.service.page.browsing import tab
+from tests.service.page.browsing import DESK, PHONE, tab
 
 FILES = {"application/x-npz", "text/csv", "model/x-bvh", "model/gltf-binary", "application/x-c3d", "text/x-trc",
          "text/x-mot"}  # fmt: skip
@@ -32,6 +34,23 @@ def test_the_reference_is_drawn_and_tries_calls_without_leaving_the_server(brows
     assert seen.complaints == []
 
 
+@pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
+def test_contents_lead_to_every_operation_on_any_screen(browser, server, size):
+    told = server.http.get("/openapi.json").json()
+    operations = sum(map(len, told["paths"].values()))
+    seen = tab(browser, server.url, size)
+    seen.page.goto(f"{server.url}/docs")
+    seen.until(f"document.querySelectorAll('.contents ul ul li').length >= {operations}", 60)
+    if size == PHONE:
+        seen.page.click(".contents summary")
+    seen.page.click(".contents a[title='/v1/body']")
+    assert seen.page.locator("[id$=describe_body].is-open").count() == 1
+    seen.until("document.querySelector('[id$=describe_body]').getBoundingClientRect().top < innerHeight / 2")
+    assert seen.ask("document.documentElement.scrollWidth") <= size[0]
+    seen.picture(f"docs-{size[0]}")
+    assert seen.complaints == []
+
+
 def test_the_document_names_every_format_and_problem(server):
     told = server.http.get("/openapi.json").json()["paths"]["/v1/synthesis"]["post"]["responses"]
     assert {*FILES, "application/json", "application/x-npy", "video/mp4", "image/png"} <= set(told["200"]["content"])
@@ -54,5 +73,5 @@ def test_there_is_one_reference_and_it_is_no_cdns(server):
     assert server.http.get("/redoc").status_code == 404
     page = server.http.get("/docs").text
     loaded = re.findall(r'(?:src|href)="([^"]+)"', page)
-    assert len(loaded) == 3
+    assert len(loaded) == 5
     assert all(server.http.get(f"/{address}").status_code == 200 for address in loaded)

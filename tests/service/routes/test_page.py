@@ -42,7 +42,8 @@ def test_what_the_page_names_is_there_and_kept_for_good(server):
     names = re.findall(r"(?:src|href)=\"(assets/[^\"]+)\"", server.http.get("/").text)
     assert len(names) == 3
     files = {path.relative_to(FOLDER).as_posix() for path in FOLDER.rglob("*") if path.is_file()}
-    assert files == {*names, "index.html", "embed.js", "SOURCES"}
+    of_docs = set(re.findall(r"assets/contents-[^\"]+", server.http.get("/docs").text))
+    assert files == {*names, *of_docs, "index.html", "SOURCES"}
     assert all(re.search(r"-[A-Z0-9]{8}\.", name) for name in names)
     for name in names:
         answer = server.http.get(f"/{name}")

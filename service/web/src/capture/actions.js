@@ -36,7 +36,7 @@ export class CaptureActions {
     naming.hidden = !upload.nameable;
     naming.classList.toggle("strong", !shown);
     const forgetting = this.button("Forget the files", () => upload.forget());
-    forgetting.title = "Remove the files and what was made of them from the service, but for a fitted model";
+    forgetting.title = "Remove the files and all that was made of them from the service";
     const parts = [make("div", { className: "actions" }, naming, forgetting)];
     if (shown) {
       const gait = this.button("Gait analysis", () => this.gait());

@@ -11,7 +11,7 @@ export async function captureOf(id) {
   try {
     const { files } = await (await request(`/v1/jobs/${id}/result`)).json();
     const shown = files.find((file) => file.walk) ?? files.find((file) => file.motion);
-    if (shown) return new CaptureWalker(await parameters("walk/fpca"), shown.motion, shown.walk);
+    if (shown) return new CaptureWalker(await parameters("walk/fpca"), shown);
   } catch (error) {
     if (error.status !== 404) throw error;
   }

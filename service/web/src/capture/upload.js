@@ -1,4 +1,4 @@
-// One upload of motion capture: read, shown, cut into gait cycles, fitted, and handed on as files and as a report.
+// One upload of motion capture: read, shown, cut into gait cycles, handed on as files and as a report, and, if asked, fitted.
 
 import { request, ServiceError } from "../api/requests.js";
 import { finished, resultOf } from "../api/jobs.js";
@@ -10,15 +10,22 @@ import { Dialogue } from "./dialogue.js";
 import { Fitting } from "./fitting.js";
 import { hashOf, remember, remembered } from "./marker_map.js";
 
-const STEPS = ["Upload", "Read", "Find gait cycles", "Fit"];
-const NO_WALK = "Nothing to fit: the files contain no stride of a walk.";
+const STEPS = ["Upload", "Read", "Find gait cycles"];
+const NO_WALK = "The files contain no stride of a walk.";
 const NO_BODY = "The points were read, but their names are those of no known marker set: say which point is which.";
 const UNREAD = "The file couldn't be read, for the reason below. Say above how to read it, then read it again.";
 
-/** An upload. `files`: of the browser; `options`: frame rate, unit, axis and person, where the user gave them. */
+/**
+ * An upload. `files`: of the browser; `options`: frame rate, unit, axis and person, where the user gave them. `told()` is
+ * called when its `state` changes: "waiting", "reading", "read", "failed", "forgotten".
+ *
+ * What the service makes of it is unlisted: only who has the address knows of it.
+ */
 export class Upload {
-  constructor(element, app, files, options) {
-    Object.assign(this, { element, app, files, options });
+  constructor(app, files, options, told) {
+    this.element = make("div", {});
+    Object.assign(this, { app, files, told, options: { ...options, listed: "false" }, state: "waiting" });
+    this.name = files.length > 1 ? `${files[0].name} and ${files.length - 1} more` : files[0].name;
     this.jobs = []; // ids of all jobs of this upload
     this.shown = null; // id of the inspection of what is shown
     this.mapped = null; // { map, names }: the marker map in use, and the points of the files that it is for
@@ -31,20 +38,29 @@ export class Upload {
     this.actions = new CaptureActions(this);
     this.fitting = new Fitting(this);
     const steps = make("ol", { className: "steps" }, ...this.rows);
-    element.replaceChildren(steps, this.bar, this.words, this.found, this.fitting.buttons, this.actions.element);
+    this.element.replaceChildren(steps, this.bar, this.words, this.found, this.actions.element, this.fitting.element);
+  }
+
+  /** Go into another `state`. */
+  enter(state) {
+    this.state = state;
+    this.told();
   }
 
   /** Take all steps; returns whether the files could be read. */
   async run() {
     let read = true;
+    this.enter("reading");
     try {
       this.step(0, "Uploading …");
       this.inspection = await this.inspect();
       const known = this.inspection.files.find(({ points }) => points && remembered(points));
       if (known) await this.apply(remembered(known.points), known.points);
       read = this.inspection.files.some(({ points }) => points);
+      if (this.state === "forgotten") return true;
       await this.evaluate();
     } catch (error) {
+      if (this.state === "forgotten") return true;
       this.failed(error);
     }
     return read;
@@ -55,11 +71,19 @@ export class Upload {
     return finished(path, files, fields, told, (id) => this.jobs.push(id));
   }
 
-  /** Have the service remove the files and all that was made of them, but for a fitted model, and return to the models. */
+  /** Have the service remove the files and all that was made of them, models too, and return to the models. */
   async forget() {
-    await Promise.all(this.jobs.splice(0).map((id) => request(`/v1/jobs/${id}`, { method: "DELETE" })));
-    this.app.invite(null);
-    this.element.replaceChildren(make("p", { className: "hint", textContent: "Forgotten: the service has removed the files and their results." }));
+    await Promise.all(this.jobs.splice(0).map(removed));
+    if (this.fitting.models.has(this.app.state.model)) await this.app.load("walk/fpca");
+    if (this.guest && this.app.guest === this.guest) this.app.invite(null);
+    await this.app.listModels();
+    this.element.replaceChildren(make("p", { className: "hint", textContent: "Forgotten: the service has removed the files and all that was made of them." }));
+    this.enter("forgotten");
+  }
+
+  /** Bring its walker onto the stage again. */
+  show() {
+    if (this.guest && this.app.guest !== this.guest) this.app.invite(this.guest, this.shown);
   }
 
   /** The service's `Inspection` of all files. */
@@ -85,7 +109,7 @@ export class Upload {
     return null;
   }
 
-  /** Show what was read, and fit a model to it. */
+  /** Show what was read. */
   async evaluate() {
     const { files } = this.inspection;
     const some = (part) => files.some((file) => file[part]);
@@ -94,11 +118,14 @@ export class Upload {
     this.step(some("points") ? 2 : 1, "");
     this.found.replaceChildren(...files.map((file) => make("li", { textContent: describe(file) })));
     const shown = this.usable.find((file) => file.walk) ?? this.usable[0];
-    if (shown) this.app.invite(new CaptureWalker(await parameters("walk/fpca"), shown.motion, shown.walk), this.shown);
+    this.guest = shown ? new CaptureWalker(await parameters("walk/fpca"), shown) : null;
+    if (shown) this.app.invite(this.guest, this.shown);
     this.actions.show(shown);
     const walks = this.usable.filter((file) => file.walk);
+    this.fitting.offer(walks);
     if (!walks.length) throw new ServiceError(some("motion") ? NO_WALK : some("points") ? NO_BODY : UNREAD);
-    await this.fitting.fit(walks);
+    this.done("");
+    this.enter("read");
   }
 
   /** The files that are motion; with a marker map, only those that it is for. */
@@ -156,10 +183,17 @@ export class Upload {
   }
 
   failed(error) {
+    this.enter(this.guest ? "read" : "failed");
     this.bar.hidden = true;
     this.words.classList.add("bad");
     this.words.textContent = error instanceof ServiceError ? error.message : `Failed: ${error.message}`;
   }
+}
+
+/** Remove a job: if it is still going on, it is cancelled first. */
+async function removed(id) {
+  const answer = await request(`/v1/jobs/${id}`, { method: "DELETE" });
+  if (answer.status === 200) await request(`/v1/jobs/${id}`, { method: "DELETE" });
 }
 
 /** The content of a file as a sentence. */

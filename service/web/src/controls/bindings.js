@@ -3,6 +3,7 @@
 import { capturePanel } from "../capture/panel.js";
 import { downloads, synthesisRequest } from "./download.js";
 import { keys } from "./keyboard.js";
+import { numberOf } from "./widgets.js";
 import { FLAGS } from "../state.js";
 
 const WELCOMED = "motionenv-welcomed";
@@ -61,9 +62,12 @@ function bindWalkers(app) {
   on("chosen", "change", ({ target }) => app.look("chosen", Number(target.value)));
   on("randomise", "click", () => app.draw(Math.floor(Math.random() * 1e6)));
   on("seed", "change", ({ target }) => {
-    target.value = Math.max(0, Math.round(target.valueAsNumber || 0));
-    app.draw(target.valueAsNumber);
+    const seed = numberOf(target);
+    if (seed !== null) app.draw(seed);
   });
+  on("who", "change", ({ target }) => app.drawFrom(target.value));
+  on("together", "change", ({ target }) => app.look("together", target.checked));
+  on("leave", "click", () => app.invite(null));
   on("reset", "click", () => app.reset());
   on("compare", "click", () => app.compare());
   on("undo", "click", () => app.turnBack());
@@ -76,9 +80,11 @@ function bindWalkers(app) {
 
 function bindDownloads(app) {
   on("stimulate", "click", () => app.stimulate());
+  on("seconds", "input", ({ target }) => numberOf(target));
   const wanted = () => {
-    const seconds = Math.min(60, Math.max(1, $("seconds").valueAsNumber || 4));
-    return synthesisRequest(app.state, app.one, app.parameters, { seconds, view: app.stage.view[0] });
+    const seconds = numberOf($("seconds"));
+    if (seconds === null) $("seconds").focus();
+    return seconds && synthesisRequest(app.state, app.one, app.parameters, { seconds, view: app.stage.view[0] });
   };
   downloads($("downloads").children, wanted, (words, bad) => {
     $("download-note").textContent = words;

@@ -2,21 +2,13 @@
 
 import { moved } from "./holding.js";
 import { Choice, Slider } from "./widgets.js";
-import { LIMIT, settled } from "../state.js";
+import { LIMIT, RANGES, settled } from "../state.js";
 
 const deviation = (value) => `${value > 0 ? "+" : value < 0 ? "−" : ""}${Math.abs(value).toFixed(2)}`;
-const WALKING = {
-  "pace-title": "Speed and size",
-  "angles-span": "over one cycle",
-  randomise: "Random walker",
-  reset: "Average",
-};
-const GROWING = {
-  "pace-title": "Temperature and steering",
-  "angles-span": "over the last seconds",
-  randomise: "New motion",
-  reset: "Reset",
-};
+const WALKING = { "pace-title": "Walk", "angles-span": "over one cycle", randomise: "Random walker", reset: "Average" };
+const GROWING = { "pace-title": "Motion", "angles-span": "over the last seconds", randomise: "New motion", reset: "Reset" };
+const USUAL_BMI = 24; // [kg/m²] where the weight's slider stands until it is set
+
 const sum = (a, b) => a.reduce((total, x, k) => total + x * (b[k] ?? 0), 0);
 
 /** The sliders of a model; they call `app.change(person => …)`. */
@@ -26,10 +18,14 @@ export class Controls {
     this.parameters = parameters;
     const { steerable } = parameters;
     this.fill("traits", this.traits());
-    this.fill("pace", steerable ? this.steering() : this.pacing());
+    this.fill("body", steerable ? [] : this.body());
+    this.fill("pace", steerable ? this.steering() : [this.speed()]);
     this.fill("components", this.components());
-    document.getElementById("traits-section").hidden = !this.traitsSliders.length;
-    document.getElementById("components-section").hidden = !this.componentsSliders.length;
+    const hidden = (id, hide) => (document.getElementById(id).hidden = hide);
+    hidden("traits-hint", !this.traitsSliders.length);
+    hidden("body-section", !this.bodySliders.length);
+    hidden("components-section", !this.componentsSliders.length);
+    hidden("who-field", steerable);
     for (const [id, words] of Object.entries(steerable ? GROWING : WALKING)) document.getElementById(id).textContent = words;
   }
 
@@ -77,30 +73,25 @@ export class Controls {
     this.app.say(missed ? `“${name}” goes no further while other sliders are held. Let one of them go.` : "");
   }
 
-  pacing() {
+  speed() {
     const [least, most] = this.parameters.learned_speeds;
     const learned = (value) => value >= 0.99 * (least ?? 0) && value <= 1.01 * (most ?? Infinity);
-    const speed = new Slider({
-      label: "Speed in metres per second",
-      named: "Speed",
-      min: 0.3,
-      max: 2.6,
-      step: 0.01,
-      own: "use the walker's own",
-      text: (value) => `${value.toFixed(2)} m/s${learned(value) ? "" : ", extrapolated"}`,
-      changed: (value) => this.app.change((one) => (one.speed = value)),
-    });
-    const height = new Slider({
-      label: "Body height in metres",
-      named: "Height",
-      min: 1,
-      max: 2.2,
-      step: 0.01,
-      own: "use the walker's own",
-      text: (value) => `${value.toFixed(2)} m`,
-      changed: (value) => this.app.change((one) => (one.height = value)),
-    });
-    return [speed, height];
+    const words = (value) => `${value.toFixed(2)} m/s${learned(value) ? "" : ", extrapolated"}`;
+    return this.own("speed", "Speed", "Speed in metres per second", 0.01, words);
+  }
+
+  body() {
+    return [
+      this.own("height", "Height", "Body height in metres", 0.01, (value) => `${value.toFixed(2)} m`),
+      this.own("weight", "Weight", "Body weight in kilograms", 1, (value) => `${value.toFixed(0)} kg`),
+    ];
+  }
+
+  /** A slider for what each walker has of its own until it is set. */
+  own(name, named, label, step, text) {
+    const [min, max] = RANGES[name];
+    const changed = (value) => this.app.change((one) => (one[name] = value));
+    return new Slider({ label, named, min, max, step, text, changed, own: "use the walker's own" });
   }
 
   steering() {
@@ -124,8 +115,8 @@ export class Controls {
     const speed = new Slider({
       label: "Target speed in metres per second",
       named: "Target speed",
-      min: 0.3,
-      max: 2.6,
+      min: RANGES.speed[0],
+      max: RANGES.speed[1],
       step: 0.01,
       own: "no target",
       text: (value) => `${value.toFixed(2)} m/s`,
@@ -171,9 +162,11 @@ export class Controls {
       const deviations = one.drawn ? (walker.cycle?.deviations ?? []) : one.deviations;
       slider.show(sum(this.directions[slider.id], deviations)).hold(one.held.includes(slider.id));
     }
-    const [speed, height] = this.paceSliders;
+    const [speed] = this.paceSliders;
     speed.show(one.speed ?? (walker.speed || 1.2), one.speed !== null, walker.cyclic ? null : "its own");
+    const [height, weight] = this.bodySliders;
     height.show(one.height ?? walker.body.height, one.height !== null);
+    weight.show(one.weight ?? USUAL_BMI * walker.body.height ** 2, one.weight !== null, "its own");
   }
 }
 

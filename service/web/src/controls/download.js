@@ -21,14 +21,15 @@ export function save(blob, name) {
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }
 
-/** Install the download buttons; `wanted()` returns the request, `say(message, bad)` shows progress. */
+/** Install the download buttons; `wanted()` returns the request, or null if it can't be made, `say(message, bad)` shows progress. */
 export function downloads(buttons, wanted, say) {
   for (const button of buttons) {
     button.addEventListener("click", async () => {
+      const request = wanted();
+      if (!request) return;
       button.disabled = true;
       say(`Creating the ${button.textContent} …`, false);
       try {
-        const request = wanted();
         const blob = await motion(request, button.dataset.type);
         save(blob, `${request.body.model.replace("/", "-")}.${button.dataset.suffix}`);
         say(`Saved: ${(blob.size / 1000).toFixed(0)} kB.`, false);

@@ -5,10 +5,10 @@ import { make } from "./widgets.js";
 
 const SHIPPED = ["walk/fpca", "walk/eigenwalkers", "mixed/tree"];
 const TITLES = {
-  "walk/fpca": ["Joint angles", "Functional principal components of joint angles; feet stand on the ground"],
+  "walk/fpca": ["Angles", "Functional principal components of joint angles; feet stand on the ground"],
   "walk/eigenwalkers": ["Points", "Eigenwalkers: fifteen points that swing in two harmonics, as perception research uses them"],
-  "mixed/tree": ["Endless", "A tree of captured clips, from which motion grows without end: it can turn, stop and be steered"],
-  "walk/prior": ["Points, all people", "Eigenwalkers of every walk and its mirror image, which know how they err"],
+  "mixed/tree": ["Free motion", "A tree of clips, from which motion grows without end: it turns and can be steered"],
+  "walk/prior": ["Points, asymmetric", "Eigenwalkers of every single walk and its mirror image: limping and other asymmetry, too"],
 };
 const cache = new Map();
 
@@ -22,19 +22,23 @@ export function parameters(name) {
   return cache.get(name);
 }
 
+/** What the page calls a model. */
+export const titleOf = (name) => (TITLES[name] ?? [name.replace("fitted/", "")])[0];
+
 /** Fill a fieldset with a radio button for each model; `chosen(name)` is called on selection. */
 export async function listModels(fieldset, current, chosen) {
   const show = (names) => {
     const labels = names.map((name) => {
       const input = make("input", { type: "radio", name: "model", value: name, checked: name === current() });
       input.addEventListener("change", () => chosen(name));
-      const [textContent, title] = TITLES[name] ?? [name.replace("fitted/", ""), "A model of this service"];
-      return make("label", { title: `${title} (${name})` }, input, make("span", { textContent }));
+      const title = TITLES[name]?.[1] ?? "A model that was fitted here";
+      return make("label", { title: `${title} (${name})` }, input, make("span", { textContent: titleOf(name) }));
     });
     fieldset.replaceChildren(fieldset.firstElementChild, ...labels);
   };
   show(SHIPPED);
   const listed = await models().catch(() => []);
-  const others = listed.filter(({ name, problem }) => !problem && !SHIPPED.includes(name)).map(({ name }) => name);
-  if (others.length) show([...SHIPPED, ...others]);
+  const others = new Set(listed.filter(({ problem }) => !problem).map(({ name }) => name)).add(current()); // it may be unlisted
+  for (const name of SHIPPED) others.delete(name);
+  if (others.size) show([...SHIPPED, ...others]);
 }

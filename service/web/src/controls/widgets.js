@@ -9,6 +9,22 @@ const part = (tag, properties, ...inside) => {
 /** Create an element with properties and children. */
 export const make = part;
 
+/** The number in a field, or null, told below it, if that is none which the field takes. */
+export function numberOf(input) {
+  const { min, max, step, validity, valueAsNumber } = input;
+  const good = validity.valid && Number.isFinite(valueAsNumber);
+  const field = input.closest("label");
+  const told = field.nextElementSibling?.matches(".wrong") ? field.nextElementSibling : part("p", { className: "hint bad wrong", id: `wrong-${input.id}` });
+  told.setAttribute("role", "alert");
+  told.textContent = `Enter a ${step === "1" ? "whole " : ""}number from ${min} to ${max}.`;
+  if (good) told.remove();
+  else if (!told.isConnected) field.after(told);
+  input.setAttribute("aria-invalid", String(!good));
+  if (good) input.removeAttribute("aria-describedby");
+  else input.setAttribute("aria-describedby", told.id);
+  return good ? valueAsNumber : null;
+}
+
 /** Colour the track between a slider's default and its value. */
 function fill(input, home) {
   const share = (value) => (100 * (value - input.min)) / (input.max - input.min);

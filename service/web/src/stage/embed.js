@@ -8,6 +8,17 @@ import { WalkerInPlace } from "../walkers/in_place.js";
 
 const LOOKS = ["body", "stick", "points"];
 
+/** Show a walker in each such place of the document. */
+export function embedAll() {
+  for (const place of document.querySelectorAll(".walker")) {
+    try {
+      embed(place);
+    } catch (error) {
+      place.textContent = `The walker needs WebGL: enable graphics acceleration, or try another browser. (${error.message})`;
+    }
+  }
+}
+
 /** Show a walker in a place with a canvas, a range to turn it, a list of looks and a button to pause. */
 function embed(place) {
   const [canvas, turn, looks, pause] = ["canvas", "input", "select", "button"].map((tag) => place.querySelector(tag));
@@ -22,7 +33,7 @@ function embed(place) {
 
   const look = () => {
     const shown = LOOKS.includes(looks.value) ? looks.value : LOOKS[0];
-    figure.look({ figure: shown, lines: false, inverted: false, scattered: false, markers: false }, null);
+    figure.look({ figure: shown, lines: false, inverted: false, scattered: false, hiding: false, markers: false }, null);
     place.dataset.look = shown;
     stage.changed = true;
   };
@@ -56,12 +67,4 @@ function embed(place) {
   look();
   say();
   requestAnimationFrame(frame);
-}
-
-for (const place of document.querySelectorAll(".walker")) {
-  try {
-    embed(place);
-  } catch (error) {
-    place.textContent = `The walker needs WebGL: enable graphics acceleration, or try another browser. (${error.message})`;
-  }
 }

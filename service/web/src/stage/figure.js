@@ -22,6 +22,7 @@ import { FALL, lit, shadow } from "./lighting.js";
 const FINE = [18, 4]; // faces around a limb, and from its equator to its pole
 const FINEST = [48, 16]; // of a head and its hair, which meet in a thin line
 const SMOOTH = ["head", "hair"];
+const BEHIND = 0.12; // [m] by which a body that hides dots is set back, so that none hides the dots inside it
 const COARSE = [10, 2]; // of its shadow
 const DOT = 0.017; // radii, shares of the height
 const JOINT = 0.019;
@@ -49,6 +50,16 @@ function outline(length, start, end, cap) {
   return points;
 }
 
+/** The material of a body that isn't seen and hides the dots behind it. */
+function mask() {
+  const material = new MeshBasicMaterial({ colorWrite: false });
+  material.onBeforeCompile = (shader) => {
+    const back = `gl_Position = projectionMatrix * vec4(mvPosition.xyz * (1.0 + ${BEHIND} / length(mvPosition.xyz)), 1.0);`;
+    shader.vertexShader = shader.vertexShader.replace("#include <project_vertex>", `#include <project_vertex>\n${back}`);
+  };
+  return material;
+}
+
 const colour = (rgb) => new Color().setRGB(...rgb, SRGBColorSpace);
 
 /** The meshes of a walker; `second` gives it another shirt. */
@@ -70,6 +81,7 @@ export class Figure {
     this.places = new Float64Array(45);
     this.limbs = this.limbMeshes(parameters, second);
     this.lit = lit();
+    this.mask = mask();
     this.plain = new MeshBasicMaterial();
     this.joints = this.instances(new SphereGeometry(1, 18, 12), parameters.markers.length);
     this.lines = this.instances(new CylinderGeometry(1, 1, 1, 10, 1), this.edges.length);
@@ -89,6 +101,8 @@ export class Figure {
       const material = lit(colour(rgb));
       const mesh = new Mesh(undefined, material);
       mesh.userData.length = length;
+      mesh.userData.material = material;
+      mesh.renderOrder = -1; // before the dots that it may hide
       this.body.add(mesh);
       this.bodyShadow.add(this.shadowOf(mesh, undefined));
       return mesh;
@@ -141,12 +155,15 @@ export class Figure {
   }
 
   /** Set the appearance: "body", "stick" or "points", with or without lines. */
-  look({ figure, lines, inverted, scattered, markers }, moves) {
+  look({ figure, lines, inverted, scattered, hiding, markers }, moves) {
     const points = figure === "points";
     if (this.cloud) this.cloud.mesh.visible = markers && !points;
     this.moves = points && scattered ? moves : null;
     this.inverted = points && inverted;
-    this.body.visible = this.bodyShadow.visible = figure === "body";
+    this.bodyShadow.visible = figure === "body";
+    const hides = points && hiding && !inverted && !scattered; // a body is where its dots are only as they walked
+    this.body.visible = figure === "body" || hides;
+    for (const mesh of this.limbs) mesh.material = hides ? this.mask : mesh.userData.material;
     this.joints.visible = figure !== "body";
     this.lines.visible = figure === "stick" || (points && lines);
     for (const mesh of [this.joints, this.lines]) mesh.userData.shadow.visible = figure === "stick";
@@ -164,7 +181,7 @@ export class Figure {
   /** Update the meshes from the walker. */
   update() {
     if (this.body.visible) this.updateBody();
-    else this.updateDots();
+    if (this.joints.visible) this.updateDots();
     if (this.cloud?.mesh.visible) this.cloud.update();
   }
 
@@ -217,6 +234,8 @@ export class Figure {
       part.geometry?.dispose();
       part.material?.dispose();
     });
+    for (const mesh of this.limbs) mesh.userData.material.dispose();
+    this.mask.dispose();
     this.lit.dispose();
     this.plain.dispose();
     this.shadow.dispose();

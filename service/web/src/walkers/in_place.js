@@ -121,8 +121,8 @@ export class WalkerInPlace extends Walker {
 }
 
 /** How a request names a person of a model, who may have no components. */
-export function settingsOf(model, { components }, { deviations, drawn, seed, speed, height }) {
-  if (drawn) return { model, seed, speed, height };
+export function settingsOf(model, { components }, { deviations, drawn, seed, who, speed, height, weight }) {
+  if (drawn) return { model, seed, person: who, speed, height, weight };
   const all = Array.from({ length: components }, (_, k) => deviations[k] ?? 0);
-  return { model, deviations: components ? all : null, speed, height };
+  return { model, deviations: components ? all : null, speed, height, weight };
 }

@@ -49,15 +49,17 @@ class Recorded extends Walker {
   }
 }
 
-/** Plays a capture in a loop: the `motion` and `walk` of an inspection. What it doesn't know is NaN, and isn't drawn. */
+/** Plays a capture in a loop: a file of an inspection. What it doesn't know is NaN, and isn't drawn. */
 export class CaptureWalker extends Recorded {
-  constructor(parameters, { fps, height, offsets, radii, poses, points }, walk) {
+  constructor(parameters, { name, motion, walk }) {
+    const { fps, height, offsets, radii, poses, points } = motion;
     const arrays = {
       offsets: Float64Array.from(offsets.flat(), (x) => x / height),
       limb_radii: Float64Array.from(radii.flat(), (x) => x / height),
       limb_shifts: parameters.arrays.limb_shifts,
     };
     super(parameters, new Body({ ...parameters, arrays }, height), fps);
+    Object.assign(this, { name, walk });
     this.poses = poses.map((pose) => Float64Array.from(pose, (x) => x ?? Number.NaN));
     this.captured = points?.map((frame) => Float64Array.from(frame.flat(), (x) => x ?? Number.NaN));
     this.points = this.captured && new Float64Array(this.captured[0].length);
@@ -106,7 +108,8 @@ export class CaptureWalker extends Recorded {
   }
 
   facts() {
-    return `as captured · ${this.seconds.toFixed(1)} s · ${this.body.height.toFixed(2)} m`;
+    const pace = this.walk ? [`${this.walk.speed.toFixed(2)} m/s`, `${(120 / this.walk.stride).toFixed(0)} steps/min`] : [];
+    return [...pace, `${this.body.height.toFixed(2)} m`, `${this.seconds.toFixed(1)} s`].join(" · ");
   }
 
   when(moment) {
