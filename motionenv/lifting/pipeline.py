@@ -11,6 +11,7 @@ from scipy.stats import chi
 
 from motionenv._core.precompilation import precompile
 from motionenv._core.representation import OneLine
+from motionenv._core.validation import checked_whole
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.errors import MotionError
 from motionenv.lifting.fourier_fit import Series, fourier_points
@@ -105,6 +106,20 @@ class Lifted(OneLine):
     def band(self) -> np.ndarray:
         """(frames, 15, 3) [m]: `positions` about the pelvis ± band cover 90 % of true ones; NaN in frames `unlike`."""
         return np.where(self.unlike[:, None, None], np.nan, BAND * self._fit.deviations)
+
+    def draws(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """`count` motions (count, frames, 15, 3) [m] that the points may show, in the frame of `positions`.
+
+        They come from the posterior about `positions`: coordinates of a frame, frames and joints belong together in a
+        draw, so that angles, times and lengths can be taken from each. About the pelvis they spread as far as `band`
+        tells: the part of it that the network's and the detector's errors make lasts as long as the sequence does, and
+        so does the size of everything. Their memory is 360 bytes per draw and frame.
+
+        Args:
+            count: number of draws.
+            rng: source of randomness; the same state, the same draws.
+        """
+        return self._fit.draws(checked_whole(count, "count", 1), rng)
 
     @property
     def heading(self) -> np.ndarray:

@@ -80,6 +80,8 @@ class FreeFit(OneLine):
         surprise: (frames,) how unlike those of people who walk, turn or run the postures are; above `SURPRISE` too
             unlike for `deviations` to hold.
         other: the other motion that the points may show, if that is likely enough to be told.
+        posed: whether the camera's pose was known.
+        bias: [m] by which a detector's joints are elsewhere for as long as the sequence lasts, as part of `deviations`.
     """
 
     positions: np.ndarray
@@ -94,6 +96,24 @@ class FreeFit(OneLine):
     focal: float
     surprise: np.ndarray
     other: OtherMotion | None = None
+    posed: bool = False
+    bias: float = 0.0
+    _stretches: tuple[tuple[Fit, slice], ...] = ()
+
+    def draws(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """`count` motions (count, frames, 15, 3) [m] from the posterior, as `motionenv.lifting.Lifted.draws`."""
+        lasting = rng.standard_normal((2, count, len(MARKERS), 3))
+        lasting[:, :, _M["pelvis"]] = 0.0
+        off = np.zeros((count, *self.positions.shape))
+        square = np.zeros(len(self.positions))
+        for fit, part in self._stretches:
+            ends = _ends(part.stop - part.start)
+            off[:, part] += self.unit * ends[:, None, None] * fit.draws(count, rng, lasting[0])
+            square[part] += ends**2
+        off /= np.sqrt(np.where(square > 0, square, np.nan))[:, None, None]  # where two are blended, as wide as one
+        off += self.bias * lasting[1][:, None]
+        size = np.exp(self.unit_deviation * rng.standard_normal(count))
+        return self.origin + size[:, None, None, None] * (self.positions - self.origin + off)
 
     @property
     def misfit(self) -> float:
@@ -221,7 +241,7 @@ def fit_labelled(
         precision = 1 / units[:, 1] ** 2
         unit = float(np.exp((precision * np.log(units[:, 0])).sum() / precision.sum()))
     joined = _joined(fits, sections, rays, unit, float(units[:, 1].min()))
-    return replace(joined, deviations=np.hypot(joined.deviations, _DETECTED)) if detected else joined
+    return replace(joined, deviations=np.hypot(joined.deviations, _DETECTED), bias=_DETECTED) if detected else joined
 
 
 def _elevation(network: PostureNetwork, points: Points, camera, distortion) -> float:
@@ -335,7 +355,7 @@ def _joined(stretches: list[_Stretch], sections, rays: Rays, unit: float, unit_d
     share, swapped = np.zeros(frames), np.zeros((frames, 2), dtype=bool)
     for stretch, part in zip(stretches, sections, strict=True):
         fit, length = stretch.fit, part.stop - part.start
-        ends = np.minimum(np.arange(length), np.arange(length)[::-1]) + 1.0
+        ends = _ends(length)
         values = {"positions": fit.places * unit + rays.origins[part].mean(axis=0),
                   "deviations": fit.deviations * unit, "contact": fit.contact, "weights": fit.weights,
                   "surprise": stretch.surprise}  # fmt: skip
@@ -351,5 +371,11 @@ def _joined(stretches: list[_Stretch], sections, rays: Rays, unit: float, unit_d
     noise = unit * float(np.mean([stretch.fit.noise for stretch in stretches]))
     return FreeFit(
         **total, swapped=swapped, unit=unit, unit_deviation=unit_deviation, noise=noise,
-        origin=rays.origins.mean(axis=0), focal=rays.focal,
+        origin=rays.origins.mean(axis=0), focal=rays.focal, posed=rays.posed,
+        _stretches=tuple((stretch.fit, part) for stretch, part in zip(stretches, sections, strict=True)),
     )  # fmt: skip
+
+
+def _ends(length: int) -> np.ndarray:
+    """Weights (length,) of a stretch's frames where stretches overlap: they fall towards both ends."""
+    return np.minimum(np.arange(length), np.arange(length)[::-1]) + 1.0
