@@ -29,6 +29,8 @@ _ABSENT, _SHOWN, _LEAST = 2.0, 4, 5
 _ANKLE, _ANKLE_DEVIATION = 0.095, 0.02
 #: Deviation of the logarithm of adults' stature, women and men together (mean 1.69 m, deviation 0.095 m).
 _STATURE_DEVIATION = 0.056
+#: [m] stature of whose body unit is `BODY_UNIT`, and the deviation of its logarithm for people of one stature.
+_STATURE, _PROPORTIONS_DEVIATION = 1.72, 0.02
 #: Greatest surprise. People left out never exceed it as they were captured; clips of exaggerated styles do in 5 % of
 #: the frames, people who sit or cycle in 79 % and more (`motionenv bench free_walking.unlike`).
 SURPRISE = 0.17
@@ -81,6 +83,7 @@ class FreeFit(OneLine):
             unlike for `deviations` to hold.
         other: the other motion that the points may show, if that is likely enough to be told.
         posed: whether the camera's pose was known.
+        height: [m] the person's given stature; None if it wasn't.
         bias: [m] by which a detector's joints are elsewhere for as long as the sequence lasts, as part of `deviations`.
     """
 
@@ -97,6 +100,7 @@ class FreeFit(OneLine):
     surprise: np.ndarray
     other: OtherMotion | None = None
     posed: bool = False
+    height: float | None = None
     bias: float = 0.0
     _stretches: tuple[tuple[Fit, slice], ...] = ()
 
@@ -156,14 +160,15 @@ def limb_lengths(positions: np.ndarray) -> dict[str, float]:
 
 def fit_freely(
     points: Points, camera: Camera | Sequence[Camera] | np.ndarray | None = None, *,
-    distortion: Sequence[float] | None = None, elevation: float | None = 0.0, network: PostureNetwork | None = None,
-    settings: Settings = DEFAULTS, on_progress: Callable[[float], None] | None = None,
+    distortion: Sequence[float] | None = None, elevation: float | None = 0.0, height: float | None = None,
+    network: PostureNetwork | None = None, settings: Settings = DEFAULTS,
+    on_progress: Callable[[float], None] | None = None,
 ) -> FreeFit:  # fmt: skip
     """Fit somebody's motion to `points` in pixels.
 
     Args:
         points: one person, in pixels.
-        camera, distortion, elevation, on_progress: as in `motionenv.lift`.
+        camera, distortion, elevation, height, on_progress: as in `motionenv.lift`.
         network: another one than the shipped one.
         settings: weights of the terms.
 
@@ -175,7 +180,7 @@ def fit_freely(
     with _libraries().limit(limits=1, user_api="blas"):  # threads would only wait for each other over small matrices
         if elevation is None and (camera is None or isinstance(camera, np.ndarray)):
             elevation = _elevation(network, points, camera, distortion)
-        return _fit(network, points, camera, distortion, elevation or 0.0, settings, on_progress)
+        return _fit(network, points, camera, distortion, elevation or 0.0, height, settings, on_progress)
 
 
 @cache
@@ -183,7 +188,9 @@ def _libraries() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-def _fit(network, points: Points, camera, distortion, elevation: float, settings: Settings, on_progress) -> FreeFit:
+def _fit(
+    network, points: Points, camera, distortion, elevation: float, height, settings: Settings, on_progress
+) -> FreeFit:
     """The fit as labelled, or as labels are continuous: the motion decides; and as `other` the mirror image, if likely.
 
     Labels are never overruled.
@@ -195,7 +202,7 @@ def _fit(network, points: Points, camera, distortion, elevation: float, settings
     def attempt(start: np.ndarray, **asked) -> FreeFit:
         fit = fit_labelled(
             network, swapped_back(points, start), camera, distortion=distortion, elevation=elevation,
-            settings=settings, **asked,
+            height=height, settings=settings, **asked,
         )  # fmt: skip
         return replace(fit, swapped=fit.swapped ^ start)
 
@@ -218,7 +225,7 @@ def _tell(on_progress: Callable[[float], None] | None, before: float, part: floa
 
 def fit_labelled(
     network: PostureNetwork, points: Points, camera: Any, *, distortion: Sequence[float] | None = None,
-    elevation: float = 0.0, settings: Settings = DEFAULTS, swaps: bool = True,
+    elevation: float = 0.0, height: float | None = None, settings: Settings = DEFAULTS, swaps: bool = True,
     tell: Callable[[float], None] = lambda share: None,
 ) -> FreeFit:  # fmt: skip
     """Fit all stretches, and find the size of everything; a camera that moves does so in metres, so once more then.
@@ -237,10 +244,10 @@ def fit_labelled(
         for part in sections:
             fits.append(_fitted(network, rays, points, part, settings, unit, swaps))
             tell((again + len(fits) / len(sections)) / passes)
-        units = np.array([_unit(one.fit, rays, part) for one, part in zip(fits, sections, strict=True)])
+        units = np.array([_unit(one.fit, rays, part, height) for one, part in zip(fits, sections, strict=True)])
         precision = 1 / units[:, 1] ** 2
         unit = float(np.exp((precision * np.log(units[:, 0])).sum() / precision.sum()))
-    joined = _joined(fits, sections, rays, unit, float(units[:, 1].min()))
+    joined = replace(_joined(fits, sections, rays, unit, float(units[:, 1].min())), height=height)
     return replace(joined, deviations=np.hypot(joined.deviations, _DETECTED), bias=_DETECTED) if detected else joined
 
 
@@ -333,9 +340,10 @@ def _surprise(fit: Fit, proposal: Proposal, fps: float) -> np.ndarray:
     return ndimage.uniform_filter1d(each, max(1, min(round(fps), len(each))), mode="nearest")
 
 
-def _unit(fit: Fit, rays: Rays, part: slice) -> tuple[float, float]:
-    """The body unit [m] and the deviation of its logarithm, from the floor and from people's statures."""
-    guesses = [(np.log(BODY_UNIT), _STATURE_DEVIATION)]
+def _unit(fit: Fit, rays: Rays, part: slice, stature: float | None) -> tuple[float, float]:
+    """The body unit [m] and the deviation of its logarithm, from the floor and from the stature, or people's."""
+    known = (np.log(BODY_UNIT * (stature or _STATURE) / _STATURE), _PROPORTIONS_DEVIATION)
+    guesses = [known if stature else (known[0], _STATURE_DEVIATION)]
     height = rays.origins[part, 2].mean()
     below = _ANKLE / BODY_UNIT - fit.floor
     if rays.posed and height > 0 and below > 0:
