@@ -109,7 +109,7 @@ class _Foot:
         ]
         for signs, way, length in zip(_SIGNS, ways, self.lengths, strict=True):
             size = np.linalg.norm(way, axis=-1)
-            terms.append((signs, way / size[..., None], size - length, spread * length))
+            terms.append((signs, way / size[..., None], size - length, np.hypot(spread * length, self.width)))
         for signs, along, residual, deviation in terms:
             slant = np.concatenate([signs[0] * along, signs[1] * along], axis=-1) / deviation[..., None]
             normal += slant[..., :, None] * slant[..., None, :]
