@@ -11,6 +11,7 @@ from scipy.stats import chi
 
 from motionenv._core.precompilation import precompile
 from motionenv._core.representation import OneLine
+from motionenv._core.validation import checked_number, checked_whole
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.errors import MotionError
 from motionenv.lifting.fourier_fit import Series, fourier_points
@@ -26,7 +27,7 @@ from motionenv.models.eigenwalkers.fourier_series import FourierWalker
 from motionenv.models.eigenwalkers.locomotion import gait
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.models.registry import load
-from motionenv.types import MARKERS, Camera, Markers, Motion, Points
+from motionenv.types import HEIGHT_RANGE, MARKERS, Camera, Markers, Motion, Points
 
 _SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
 _PLAUSIBLE = 0.01  # least probability of an alternative view that is reported
@@ -125,6 +126,33 @@ class Lifted(OneLine):
         holds = self.determined & ~self.unlike[:, None]
         return np.where(holds[..., None], BAND * self._fit.deviations, np.nan)
 
+    def draws(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """`count` motions (count, frames, 15, 3) [m] that the points may show, in the frame of `positions`.
+
+        They come from the posterior about `positions`: coordinates of a frame, frames and joints belong together in a
+        draw, so that angles, times and lengths can be taken from each. About the pelvis they spread as far as `band`
+        tells: the part of it that the network's and the detector's errors make lasts as long as the sequence does, and
+        so does the size of everything. Their memory is 360 bytes per draw and frame.
+
+        Args:
+            count: number of draws.
+            rng: source of randomness; the same state, the same draws.
+        """
+        return self.draws_with_feet(count, rng)[0]
+
+    def draws_with_feet(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray | None]:
+        """`draws`, and the left heel and toe and right heel and toe of each (count, frames, 4, 3) [m], or None."""
+        count = checked_whole(count, "count", 1)
+        if self.posterior is not None:
+            return self.posterior.draws(count, rng), None
+        assert self.free is not None
+        return self.free.draws(count, rng)
+
+    @property
+    def feet(self) -> np.ndarray | None:
+        """Left heel and toe and right heel and toe (frames, 4, 3) [m] of free motion, if the points show them."""
+        return None if self.free is None else self.free.feet(self.positions)
+
     @property
     def heading(self) -> np.ndarray:
         """Direction in which the body faces (frames,) [rad], about z from x."""
@@ -180,10 +208,7 @@ class Lifted(OneLine):
         found = self.posterior
         if found is not None:
             return gait(found.coefficients).motion(found.phases, self.points.fps, name=self.points.name)
-        places = self.positions
-        nodes = np.concatenate([places, places[:, _SHOULDERS].mean(axis=1, keepdims=True)], axis=1)
-        skeleton = fit_skeleton(nodes)
-        return Motion(fit_poses(nodes, skeleton, self.points.fps), skeleton, self.points.fps, self.points.name)
+        return motion_of(self.positions, self.points.fps, self.points.name)
 
     @property
     def _fit(self) -> WalkPosterior | FreeFit:
@@ -192,11 +217,19 @@ class Lifted(OneLine):
         return fit
 
 
+def motion_of(positions: np.ndarray, fps: float, name: str = "") -> Motion:
+    """Joint angles of the cylinder body that follow markers (frames, 15, 3) [m], with their limb lengths."""
+    nodes = np.concatenate([positions, positions[:, _SHOULDERS].mean(axis=1, keepdims=True)], axis=1)
+    skeleton = fit_skeleton(nodes)
+    return Motion(fit_poses(nodes, skeleton, fps), skeleton, fps, name)
+
+
 def lift(
     points: Points, alpha: float | None = None, *, prior: WalkerPrior | str = "walk/prior",
     elevation: float | None = 0.0, scale: float | None = None,
     camera: Camera | Sequence[Camera] | np.ndarray | None = None, distortion: Sequence[float] | None = None,
-    method: str = "auto", on_progress: Callable[[float], None] | None = None,
+    height: float | None = None, method: str = "auto",
+    on_progress: Callable[[float], None] | None = None,
 ) -> Lifted:  # fmt: skip
     """Reconstruct a person's motion in 3D from the 2D points of one camera, with uncertainties.
 
@@ -217,8 +250,9 @@ def lift(
         camera: pinhole camera with its pose in a world whose ground is z = 0, or one for each frame if it moves; its
             intrinsics (3, 3) [pixels] if the pose isn't known. None guesses intrinsics from the points.
         distortion: OpenCV's coefficients (k1, k2, p1, p2[, k3[, k4, k5, k6]]) of the camera's lens.
-        method: "steady", "free", or "auto" as told above. "free" takes points in metres for scaled pixels: the size of
-            everything is that of a usual adult, as always without a camera's pose.
+        height: the person's stature [m], from which the size of free motion follows; by default that of an adult, or by
+            the floor if the camera's pose is known.
+        method: "steady", "free", or "auto" as told above. "free" takes points in metres for scaled pixels.
         on_progress: called now and then with the share of free motion that is done.
 
     Raises:
@@ -239,11 +273,14 @@ def lift(
         raise MotionError("free motion needs points without alpha and scale: omit them, or method")
     if camera is not None and (method == "steady" or parallel):
         raise MotionError("a steady walk is lifted orthographically: omit camera, or method, alpha and scale")
+    _check_height(height, steady)
     check_points(points, scale)
     if steady:
         return _steady(model, points, alpha, elevation, scale)
     points = _as_pixels(points)
-    free = fit_freely(points, camera, distortion=distortion, elevation=elevation, on_progress=on_progress)
+    free = fit_freely(
+        points, camera, distortion=distortion, elevation=elevation, height=height, on_progress=on_progress
+    )
     return Lifted(swapped_back(points, free.swapped), free.swapped, free=free)
 
 
@@ -277,6 +314,13 @@ def _steady(model: WalkerPrior, points: Points, alpha, elevation, scale) -> Lift
         unknown = [name for name in unknown if name != "scale"]
     found = steady_walk(model, points, series, views, tuple(unknown))
     return Lifted(points, swapped, found, series, _others(views), _contradiction(views, free))
+
+
+def _check_height(height: float | None, steady: bool) -> None:
+    if height is not None:
+        checked_number(height, "height", *HEIGHT_RANGE)
+        if steady:
+            raise MotionError("height is of free motion, lifted from pixels: omit it, or method, alpha and scale")
 
 
 def _check(points, alpha, elevation, scale, camera) -> None:

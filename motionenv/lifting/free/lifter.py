@@ -13,6 +13,7 @@ from threadpoolctl import ThreadpoolController
 from motionenv._core.representation import OneLine
 from motionenv.body import EDGES
 from motionenv.errors import GapError
+from motionenv.lifting.free.feet import FootRays, lift_feet
 from motionenv.lifting.free.posture_network import BODY_UNIT, RATE, PostureNetwork, Proposal, propose, shipped_network
 from motionenv.lifting.free.rays import Rays, rays_of
 from motionenv.lifting.free.smoother import DEFAULTS, Fit, Settings, smooth
@@ -30,6 +31,8 @@ _RECENTLY = 1.0  # [s] before and after a marker is seen for which bands of its 
 _ANKLE, _ANKLE_DEVIATION = 0.095, 0.02
 #: Deviation of the logarithm of adults' stature, women and men together (mean 1.69 m, deviation 0.095 m).
 _STATURE_DEVIATION = 0.056
+#: [m] stature of whose body unit is `BODY_UNIT`, and the deviation of its logarithm for people of one stature.
+_STATURE, _PROPORTIONS_DEVIATION = 1.72, 0.02
 #: Greatest surprise. People left out never exceed it as they were captured; clips of exaggerated styles do in 5 % of
 #: the frames, people who sit or cycle in 79 % and more (`motionenv bench free_walking.unlike`).
 SURPRISE = 0.17
@@ -44,6 +47,7 @@ _EVIDENCE, _EXCHANGED = 40.0, 0.01
 _SURER = 0.05  # by how much less certain of a mirror image the network may be if that is to be fitted, in logarithms
 _LIKELY = 0.01  # least probability that is told
 _LOOKED = 128  # frames by which an unknown elevation, or a mirror image, is judged
+_FOOT_DETECTED = 0.012  # [m] deviation of a detector's heels and toes, as of its ankles (Needham et al. 2021)
 _DETECTED = 0.02  # [m] by which a detector's joints are elsewhere for as long as a sequence lasts
 _SPREAD = KEYPOINT_SETS["coco-17"].spread  # how far they are, by joint; most detectors learn from COCO's pictures
 _HEADING = 0.15  # [s] deviation of the Gaussian that smooths headings
@@ -79,9 +83,14 @@ class FreeFit(OneLine):
         noise: [m] standard deviation of the points at the person.
         origin: (3,) [m] mean position of the camera.
         focal: [pixels] its focal length, given or guessed.
+        focal_deviation: standard deviation of its logarithm: ways towards the camera are uncertain by so much.
         surprise: (frames,) how unlike those of people who walk, turn or run the postures are; above `SURPRISE` too
             unlike for `deviations` to hold.
         other: the other motion that the points may show, if that is likely enough to be told.
+        posed: whether the camera's pose was known.
+        height: [m] the person's given stature; None if it wasn't.
+        foot_rays: towards heels and toes; None if the points don't show them.
+        bias: [m] by which a detector's joints are elsewhere for as long as the sequence lasts, as part of `deviations`.
     """
 
     positions: np.ndarray
@@ -96,6 +105,45 @@ class FreeFit(OneLine):
     focal: float
     surprise: np.ndarray
     other: OtherMotion | None = None
+    posed: bool = False
+    focal_deviation: float = 0.0
+    height: float | None = None
+    foot_rays: FootRays | None = None
+    bias: float = 0.0
+    _stretches: tuple[tuple[Fit, slice], ...] = ()
+
+    def draws(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray | None]:
+        """Motions (count, frames, 15, 3) [m] as of `motionenv.lifting.Lifted.draws`, with heels and toes if seen."""
+        lasting = rng.standard_normal((2, count, len(MARKERS), 3))
+        lasting[:, :, _M["pelvis"]] = 0.0
+        passing, off = np.zeros((2, count, *self.positions.shape))
+        share, square = np.zeros((2, len(self.positions)))
+        for fit, part in self._stretches:
+            ends = _ends(part.stop - part.start)
+            passing[:, part] += ends[:, None, None] * fit.passing(count, rng)
+            off[:, part] += ends[:, None, None] * fit.lasting_for(lasting[0])
+            share[part] += ends
+            square[part] += ends**2
+        share[share == 0] = np.nan
+        # What passes is independent in two stretches, what lasts is the same: where they are blended, as wide as one.
+        passing /= np.sqrt(np.where(square > 0, square, np.nan))[:, None, None]
+        off = self.unit * (passing + off / share[:, None, None]) + self.bias * lasting[1][:, None]
+        size = np.exp(self.unit_deviation * rng.standard_normal((count, 1, 1, 1)))
+        places = self.origin + size * (self.positions - self.origin + off)
+        feet = self.feet(places, rng)
+        # Of a longer lens, people are as much further away, and so are the ways towards the camera.
+        ways = self.positions[:, [_M["pelvis"]]] - self.origin
+        away = np.nanmean(ways, axis=(0, 1)) / np.linalg.norm(np.nanmean(ways, axis=(0, 1)))
+        further = size * np.expm1(self.focal_deviation * rng.standard_normal((count, 1, 1, 1)))
+        further = further * (ways @ away)[..., None] * away
+        return places + further, None if feet is None else feet + further
+
+    def feet(self, places: np.ndarray, rng: np.random.Generator | None = None) -> np.ndarray | None:
+        """Heels and toes (..., frames, 4, 3) [m] of motions `places` (..., frames, 15, 3), or None without their rays.
+
+        See `motionenv.lifting.free.feet.lift_feet`.
+        """
+        return None if self.foot_rays is None else lift_feet(places, self.foot_rays, rng)
 
     @property
     def misfit(self) -> float:
@@ -150,14 +198,15 @@ def limb_lengths(positions: np.ndarray) -> dict[str, float]:
 
 def fit_freely(
     points: Points, camera: Camera | Sequence[Camera] | np.ndarray | None = None, *,
-    distortion: Sequence[float] | None = None, elevation: float | None = 0.0, network: PostureNetwork | None = None,
-    settings: Settings = DEFAULTS, on_progress: Callable[[float], None] | None = None,
+    distortion: Sequence[float] | None = None, elevation: float | None = 0.0, height: float | None = None,
+    network: PostureNetwork | None = None, settings: Settings = DEFAULTS,
+    on_progress: Callable[[float], None] | None = None,
 ) -> FreeFit:  # fmt: skip
     """Fit somebody's motion to `points` in pixels.
 
     Args:
         points: one person, in pixels.
-        camera, distortion, elevation, on_progress: as in `motionenv.lift`.
+        camera, distortion, elevation, height, on_progress: as in `motionenv.lift`.
         network: another one than the shipped one.
         settings: weights of the terms.
 
@@ -169,7 +218,7 @@ def fit_freely(
     with _libraries().limit(limits=1, user_api="blas"):  # threads would only wait for each other over small matrices
         if elevation is None and (camera is None or isinstance(camera, np.ndarray)):
             elevation = _elevation(network, points, camera, distortion)
-        return _fit(network, points, camera, distortion, elevation or 0.0, settings, on_progress)
+        return _fit(network, points, camera, distortion, elevation or 0.0, height, settings, on_progress)
 
 
 @cache
@@ -177,7 +226,9 @@ def _libraries() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-def _fit(network, points: Points, camera, distortion, elevation: float, settings: Settings, on_progress) -> FreeFit:
+def _fit(
+    network, points: Points, camera, distortion, elevation: float, height, settings: Settings, on_progress
+) -> FreeFit:
     """The fit as labelled, or as labels are continuous: the motion decides; and as `other` the mirror image, if likely.
 
     Labels are never overruled.
@@ -189,7 +240,7 @@ def _fit(network, points: Points, camera, distortion, elevation: float, settings
     def attempt(start: np.ndarray, **asked) -> FreeFit:
         fit = fit_labelled(
             network, swapped_back(points, start), camera, distortion=distortion, elevation=elevation,
-            settings=settings, **asked,
+            height=height, settings=settings, **asked,
         )  # fmt: skip
         return replace(fit, swapped=fit.swapped ^ start)
 
@@ -212,7 +263,7 @@ def _tell(on_progress: Callable[[float], None] | None, before: float, part: floa
 
 def fit_labelled(
     network: PostureNetwork, points: Points, camera: Any, *, distortion: Sequence[float] | None = None,
-    elevation: float = 0.0, settings: Settings = DEFAULTS, swaps: bool = True,
+    elevation: float = 0.0, height: float | None = None, settings: Settings = DEFAULTS, swaps: bool = True,
     tell: Callable[[float], None] = lambda share: None,
 ) -> FreeFit:  # fmt: skip
     """Fit all stretches, and find the size of everything; a camera that moves does so in metres, so once more then.
@@ -220,7 +271,10 @@ def fit_labelled(
     Arguments are those of `fit_freely`, with a known elevation; `swaps` says whether sides may have been exchanged in
     some frames, and `tell` is called with the share that is done.
     """
-    rays = rays_of(points.positions, camera, distortion, elevation)
+    seen = points.positions if points.feet is None else np.concatenate([points.positions, points.feet], axis=1)
+    rays = rays_of(seen, camera, distortion, elevation)
+    feet = rays.directions[:, len(MARKERS) :]
+    rays = replace(rays, directions=rays.directions[:, : len(MARKERS)])
     detected = points.confidence is not None
     if detected:
         settings = replace(settings, least_ray=settings.detector_ray)
@@ -231,11 +285,15 @@ def fit_labelled(
         for part in sections:
             fits.append(_fitted(network, rays, points, part, settings, unit, swaps))
             tell((again + len(fits) / len(sections)) / passes)
-        units = np.array([_unit(one.fit, rays, part) for one, part in zip(fits, sections, strict=True)])
+        units = np.array([_unit(one.fit, rays, part, height) for one, part in zip(fits, sections, strict=True)])
         precision = 1 / units[:, 1] ** 2
         unit = float(np.exp((precision * np.log(units[:, 0])).sum() / precision.sum()))
-    joined = _joined(fits, sections, rays, unit, float(units[:, 1].min()))
-    return replace(joined, deviations=np.hypot(joined.deviations, _DETECTED)) if detected else joined
+    joined = replace(_joined(fits, sections, rays, unit, float(units[:, 1].min())), height=height)
+    if points.feet is not None:  # exchanged as the legs are
+        feet = np.where(joined.swapped[:, 1, None, None], feet[:, [2, 3, 0, 1]], feet)
+        noise = _FOOT_DETECTED if detected else joined.noise
+        joined = replace(joined, foot_rays=FootRays(feet, rays.origins, noise))
+    return replace(joined, deviations=np.hypot(joined.deviations, _DETECTED), bias=_DETECTED) if detected else joined
 
 
 def _elevation(network: PostureNetwork, points: Points, camera, distortion) -> float:
@@ -327,9 +385,10 @@ def _surprise(fit: Fit, proposal: Proposal, fps: float) -> np.ndarray:
     return ndimage.uniform_filter1d(each, max(1, min(round(fps), len(each))), mode="nearest")
 
 
-def _unit(fit: Fit, rays: Rays, part: slice) -> tuple[float, float]:
-    """The body unit [m] and the deviation of its logarithm, from the floor and from people's statures."""
-    guesses = [(np.log(BODY_UNIT), _STATURE_DEVIATION)]
+def _unit(fit: Fit, rays: Rays, part: slice, stature: float | None) -> tuple[float, float]:
+    """The body unit [m] and the deviation of its logarithm, from the floor and from the stature, or people's."""
+    known = (np.log(BODY_UNIT * (stature or _STATURE) / _STATURE), _PROPORTIONS_DEVIATION)
+    guesses = [known if stature else (known[0], _STATURE_DEVIATION)]
     height = rays.origins[part, 2].mean()
     below = _ANKLE / BODY_UNIT - fit.floor
     feet = fit.weights[:, [_M["left_ankle"], _M["right_ankle"]]].any()  # the floor is under those that are seen
@@ -350,7 +409,7 @@ def _joined(stretches: list[_Stretch], sections, rays: Rays, unit: float, unit_d
     share, swapped = np.zeros(frames), np.zeros((frames, 2), dtype=bool)
     for stretch, part in zip(stretches, sections, strict=True):
         fit, length = stretch.fit, part.stop - part.start
-        ends = np.minimum(np.arange(length), np.arange(length)[::-1]) + 1.0
+        ends = _ends(length)
         values = {"positions": fit.places * unit + rays.origins[part].mean(axis=0),
                   "deviations": fit.deviations * unit, "contact": fit.contact, "weights": fit.weights,
                   "surprise": stretch.surprise}  # fmt: skip
@@ -366,5 +425,11 @@ def _joined(stretches: list[_Stretch], sections, rays: Rays, unit: float, unit_d
     noise = unit * float(np.mean([stretch.fit.noise for stretch in stretches]))
     return FreeFit(
         **total, swapped=swapped, unit=unit, unit_deviation=unit_deviation, noise=noise,
-        origin=rays.origins.mean(axis=0), focal=rays.focal,
+        origin=rays.origins.mean(axis=0), focal=rays.focal, posed=rays.posed, focal_deviation=rays.focal_deviation,
+        _stretches=tuple((stretch.fit, part) for stretch, part in zip(stretches, sections, strict=True)),
     )  # fmt: skip
+
+
+def _ends(length: int) -> np.ndarray:
+    """Weights (length,) of a stretch's frames where stretches overlap: they fall towards both ends."""
+    return np.minimum(np.arange(length), np.arange(length)[::-1]) + 1.0

@@ -83,20 +83,24 @@ def read_points(
         raise MotionError(f"confidence must be a score from 0 to 1, got {confidence!r}")
     scale = 1.0 if unit in (None, "px") else metres_per(unit)
     if _is_detections(path):
-        positions, fps, scores = _read_keypoints(path, format, fps, person, confidence, size, up)
+        positions, fps, scores, feet = _read_keypoints(path, format, fps, person, confidence, size, up)
         found = "px"
     elif Path(path).suffix.lower() in _ONE and (person, format, None if up else size) != (None, None, None):
         raise MotionError(
             f"person, format and size are only for keypoints; {Path(path).name} has one walker: omit them"
         )
     else:
-        (positions, fps, found), scores = _read_one(path, fps), None
+        (positions, fps, found), scores, feet = _read_one(path, fps), None, None
     shown = "px" if (unit or found) == "px" else "m"
     if up and shown == "m":
         raise MotionError("up is for pixels: y counts upwards in metres anyway; omit it")
     if up:
-        positions[..., 1] = (np.nanmax(positions[..., 1]) if size is None else size[1]) - positions[..., 1]
-    return Points(positions * scale, fps, shown, name=Path(path).stem, confidence=scores)
+        top = np.nanmax(positions[..., 1]) if size is None else size[1]
+        for places in (positions, feet):
+            if places is not None:
+                places[..., 1] = top - places[..., 1]
+    feet = None if feet is None else feet * scale
+    return Points(positions * scale, fps, shown, name=Path(path).stem, confidence=scores, feet=feet)
 
 
 def _read_one(path, fps: float | None) -> tuple[np.ndarray, float, str]:
@@ -108,8 +112,10 @@ def _read_one(path, fps: float | None) -> tuple[np.ndarray, float, str]:
     return (_read_trc if suffix == ".trc" else _read_table)(path, fps)
 
 
-def _read_keypoints(path, format, fps, person, confidence, size, up) -> tuple[np.ndarray, float, np.ndarray]:
-    """Positions, frame rate and scores of somebody whom a detector saw."""
+def _read_keypoints(
+    path, format, fps, person, confidence, size, up
+) -> tuple[np.ndarray, float, np.ndarray, np.ndarray | None]:
+    """Positions, frame rate, scores and feet of somebody whom a detector saw."""
     tracks, frames, stated, names = read_detections(path)
     rate = fps or stated
     if rate is None:
@@ -118,8 +124,9 @@ def _read_keypoints(path, format, fps, person, confidence, size, up) -> tuple[np
         told = f"the images' names tell times, of {stated:.4g} frames per second, but fps (--fps) is {fps:g}"
         warnings.warn(f"{Path(path).name}: {told}: omit it, unless it is right", CaptureWarning, stacklevel=3)
     keypoints = _in_pixels(path, in_frames(chosen(path, tracks, person), frames), size, up)
-    positions, scores = _known(path, keypoints, format, names).markers(keypoints, confidence)
-    return positions, rate, scores
+    known = _known(path, keypoints, format, names)
+    positions, scores = known.markers(keypoints, confidence)
+    return positions, rate, scores, known.feet(keypoints, confidence)
 
 
 def read_people(path: str | Path, fps: float, size: tuple[int, int]) -> list[Points]:
@@ -146,8 +153,9 @@ def points_of(
     relative = np.nanmax(np.abs(people[0][..., :2]), initial=0.0) <= _NORMALISED
     people = [_in_pixels(path, keypoints, size if relative else None) for keypoints in people]
     known = _known(path, people[0], None, names)
-    made = [known.markers(keypoints, CONFIDENCE) for keypoints in people]
-    return [Points(places, fps, "px", name=Path(path).stem, confidence=scores) for places, scores in made]
+    made = [(*known.markers(keypoints, CONFIDENCE), known.feet(keypoints, CONFIDENCE)) for keypoints in people]
+    name = Path(path).stem
+    return [Points(places, fps, "px", None, name, scores, feet) for places, scores, feet in made]
 
 
 def _is_detections(path: str | Path) -> bool:
