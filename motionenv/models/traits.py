@@ -80,7 +80,7 @@ def _bounce(w: _Walkers) -> np.ndarray:
 
 
 def _sway(w: _Walkers) -> np.ndarray:
-    """Amplitude of the trunk's way from over one foot to over the other, a quarter of a cycle after steps are longest."""
+    """Amplitude of the trunk's way from foot to foot, a quarter of a cycle after steps are longest."""
     return _wave(w.of("sternum")[..., 1], 1, delay=0.25)
 
 

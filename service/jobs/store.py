@@ -157,7 +157,8 @@ class SqliteStore:
         """At most `most` listed jobs, newest first: with a status, with a number less than `before`, of an owner."""
         query = (
             f"SELECT {COLUMNS} FROM jobs WHERE (?1 IS NULL OR status = ?1) AND (?2 IS NULL OR number < ?2) "
-            "AND (?3 IS NULL OR owner = ?3) AND json_extract(settings, '$.listed') IS NOT 0 ORDER BY number DESC LIMIT ?4"
+            "AND (?3 IS NULL OR owner = ?3) AND json_extract(settings, '$.listed') IS NOT 0 "
+            "ORDER BY number DESC LIMIT ?4"
         )
         return [_job(row) for row in self._db.execute(query, (status, before, owner, most))]
 

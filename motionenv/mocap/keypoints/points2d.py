@@ -95,12 +95,17 @@ def read_points(
     if up and shown == "m":
         raise MotionError("up is for pixels: y counts upwards in metres anyway; omit it")
     if up:
-        top = np.nanmax(positions[..., 1]) if size is None else size[1]
-        for places in (positions, feet):
-            if places is not None:
-                places[..., 1] = top - places[..., 1]
+        _turn_over([positions, feet], size)
     feet = None if feet is None else feet * scale
     return Points(positions * scale, fps, shown, name=Path(path).stem, confidence=scores, feet=feet)
+
+
+def _turn_over(pixels: list[np.ndarray | None], size) -> None:
+    """Count the rows of points (frames, n, 2) from above, in place."""
+    top = np.nanmax(pixels[0][..., 1]) if size is None else size[1]  # type: ignore[index]
+    for places in pixels:
+        if places is not None:
+            places[..., 1] = top - places[..., 1]
 
 
 def _read_one(path, fps: float | None) -> tuple[np.ndarray, float, str]:
@@ -112,9 +117,7 @@ def _read_one(path, fps: float | None) -> tuple[np.ndarray, float, str]:
     return (_read_trc if suffix == ".trc" else _read_table)(path, fps)
 
 
-def _read_keypoints(
-    path, format, fps, person, confidence, size, up
-) -> tuple[np.ndarray, float, np.ndarray, np.ndarray | None]:
+def _read_keypoints(path, format, fps, person, confidence, size, up) -> tuple:
     """Positions, frame rate, scores and feet of somebody whom a detector saw."""
     tracks, frames, stated, names = read_detections(path)
     rate = fps or stated
