@@ -19,6 +19,10 @@ _PROBLEM = 500  # characters of what is wrong with a marker map, at most
 ModelName = Field(
     pattern=r"^[a-z0-9][a-z0-9-]{0,62}$", description="The model's name will be fitted/<name>.", examples=["my-walk"]
 )
+Listed = Field(
+    True, description="Whether lists show the job and the model that it makes. What isn't listed is for those who know "
+    "its name, and an unlisted model goes with its job."
+)  # fmt: skip
 Replace = Field(False, description="Whether it may take the place of a model of that name.")
 
 
@@ -61,10 +65,7 @@ class ReadFields(BaseModel):
         description="Which of several people in a file: what stands in front of the names of the person's points and a "
         "colon. Without it, the one with the most landmarks.",
     )  # fmt: skip
-    listed: bool = Field(
-        True, description="Whether lists show the job and the model that it makes. What isn't listed is for those who "
-        "know its name, and an unlisted model goes with its job."
-    )  # fmt: skip
+    listed: bool = Listed
 
 
 class FillFields(ReadFields):
@@ -111,6 +112,7 @@ class ModelFields(BaseModel):
 
     name: str = ModelName
     replace: bool = Replace
+    listed: bool = Listed
 
 
 class ConvertFields(FillFields):

@@ -83,6 +83,19 @@ def test_a_model_is_added_replaced_downloaded_and_removed_by_its_owner(shared, f
     assert anna.get("/v1/models/fitted/mine/file").status_code == 404
 
 
+def test_what_is_unlisted_is_for_who_knows_its_name_and_goes_with_its_job(shared, files):
+    anna, bert = shared["anna"], shared["bert"]
+    job = added(anna, files[0], name="secret-x7", listed="false")
+    assert job["status"] == "done"
+    assert "secret-x7" not in anna.get("/v1/models").text
+    assert job["id"] not in anna.get("/v1/jobs").text
+    assert anna.get(f"/v1/jobs/{job['id']}").status_code == 200
+    assert anna.get("/v1/models/fitted/secret-x7").status_code == 200
+    assert bert.get("/v1/models/fitted/secret-x7").status_code == 404
+    assert anna.delete(f"/v1/jobs/{job['id']}").status_code == 204
+    assert anna.get("/v1/models/fitted/secret-x7").status_code == 404
+
+
 @pytest.mark.slow
 def test_what_is_no_model_is_told_and_leaves_the_old_one(shared, files):
     anna = shared["anna"]
