@@ -216,11 +216,8 @@ def _read(path: Path, project: str | None, elevation: str, fps, unit, of_detecto
 
     suffix = path.suffix.lower()
     table = suffix in (".csv", ".trc")  # of 2D points or, to be projected, of 3D ones
-    if (
-        (suffix not in _CAPTURE and not (table and project))
-        or path.is_dir()
-        or (suffix == ".npz" and holds_points(path))
-    ):
+    flat = suffix not in _CAPTURE and not (table and project)
+    if flat or path.is_dir() or (suffix == ".npz" and holds_points(path)):
         if project is not None:
             raise MotionError(f"--project is only for 3D capture; {path.name} has 2D points: omit it")
         return read_points(path, fps=fps, unit=unit, **{k: v for k, v in of_detector.items() if v is not None})
