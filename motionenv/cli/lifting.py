@@ -9,6 +9,7 @@ import typer
 
 from motionenv._core.files import atomic_write
 from motionenv.cli._shared import (
+    Detector,
     Fps,
     Unit,
     Weights,
@@ -17,6 +18,7 @@ from motionenv.cli._shared import (
     detected,
     err,
     note,
+    parsed_person,
     parsed_size,
     parsed_view,
 )
@@ -43,16 +45,19 @@ def lift(
     which: Annotated[str | None, typer.Option(help="Name of the camera in a .toml file.")] = None,
     method: Annotated[str, typer.Option(help="free: any motion; steady: a straight walk; auto: see above.")] = "auto",
     prior: Annotated[str, typer.Option(help="Name or file of the prior; see `motionenv fit`.")] = "walk/prior",
-    person: Annotated[int | None, typer.Option(help="Index of the person in a detector's file.")] = None,
+    person: Annotated[
+        str | None, typer.Option(help="Index of the person in a film or detector's file; 0,3 joins parts of one person.")
+    ] = None,
     format: Annotated[str | None, typer.Option(help="Keypoints in JSON, such as halpe-26; else recognised.")] = None,
     size: Annotated[str | None, typer.Option(help="Picture, WIDTHxHEIGHT, if points are relative to it.")] = None,
+    detector: Detector = "blazepose",
     weights: Weights = None,
     fps: Fps = None,
     unit: Unit = None,
 ) -> None:
     """Lift people who walk, turn or run from the 2D points of one camera to 3D.
 
-    People in films are detected by RTMPose (pip install 'motionenv[detect]').
+    People in films are detected by BlazePose (pip install 'motionenv[detect]').
 
     Points in metres, or with --view or --scale, show a straight walk. Capture (.amc, .bvh, .c3d, .trc) is projected
     first, and the result compared with it.
@@ -67,14 +72,14 @@ def lift(
     if plot is not None:
         check_picture(plot, "--plot")
     alpha = None if view == "unknown" else parsed_view(view)
-    of_detector = {"person": person, "format": format, "size": None if size is None else parsed_size(size)}
+    of_detector = {"person": parsed_person(person), "format": format, "size": None if size is None else parsed_size(size)}
     if weights is not None and points.suffix.lower() not in _FILMS:
         raise MotionError(
             f"--weights is only for films, in which people are detected; {points.name} has points: omit it"
         )
     known = _camera(camera, which)
     if points.suffix.lower() in _FILMS:
-        loaded = _of_film(points, weights, person, {"project": project, "fps": fps, "unit": unit, "size": size})
+        loaded = _of_film(points, (detector, weights), of_detector["person"], {"project": project, "fps": fps, "unit": unit, "size": size})
     else:
         loaded = _read(points, project, elevation, fps, unit, of_detector)
     with err.status("lifting") as status:
@@ -117,14 +122,14 @@ def _camera(path: Path | None, which: str | None) -> dict:
     return {"camera": read_camera(path, which), "distortion": read_distortion(path, which)}
 
 
-def _of_film(film: Path, weights, person: int | None, others: dict) -> Points:
-    """Points of a person detected in a film; refuses `others`, options of files of points."""
+def _of_film(film: Path, how: tuple[str, Path | None], person, others: dict) -> Points:
+    """Points of a person detected in a film, by a detector and its weights; refuses `others`, options of files of points."""
     from motionenv.mocap.keypoints.people import chosen
     from motionenv.mocap.keypoints.points2d import points_of
 
     if given := [name for name, value in others.items() if value is not None]:
         raise MotionError(f"--{given[0]} is only for files of points; {film.name} is a film: omit it")
-    tracks, frames, fps = detected(film, weights)
+    tracks, frames, fps = detected(film, *how)
     return points_of(film, [chosen(film, tracks, person)], frames, fps)[0]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import typer
 
 from motionenv._core.validation import checked_choice, random_generator
-from motionenv.cli._shared import Seed, Weights, check_folder, detected, note, parsed_numbers, progress
+from motionenv.cli._shared import Detector, Seed, Weights, check_folder, detected, note, parsed_numbers, progress
 from motionenv.errors import GapError, MotionError
 
 if TYPE_CHECKING:
@@ -67,7 +67,8 @@ def track(
     detections: Annotated[
         Path | None, typer.Option(help="Keypoints of everybody in a video, of a detector: a file or a folder.")
     ] = None,
-    detect: Annotated[bool, typer.Option("--detect", help="Detect keypoints in a video by RTMPose.")] = False,
+    detect: Annotated[bool, typer.Option("--detect", help="Detect keypoints in a video.")] = False,
+    detector: Detector = "blazepose",
     weights: Weights = None,
     attempts: Annotated[
         int | None, typer.Option(min=1, help="Tracks of a video, of which the best is kept; by default 4.")
@@ -118,7 +119,7 @@ def track(
         name: parsed_numbers(text, f"--{name}") for name, text in (("box", box), ("point", point), ("region", region))
     }
     seconds = 60.0 if seconds is None else seconds
-    points = _detections(video, detections, detect, weights, seconds)
+    points = _detections(video, detections, detect, detector, weights, seconds)
     film = Film(video, fps, seconds, background, areas["region"], points)
     choice = {"height": height, "box": areas["box"], "point": areas["point"], "at": at}
     choice |= {"attempts": 4 if attempts is None else attempts, "particles": particles, "smooth": smooth, "seed": seed}
@@ -131,7 +132,7 @@ def track(
         raise typer.Exit(_LOST)
 
 
-def _detections(video: Path, file: Path | None, detect: bool, weights, seconds: float) -> Any:
+def _detections(video: Path, file: Path | None, detect: bool, detector: str, weights, seconds: float) -> Any:
     """The keypoints of everybody in a video: a file's, detected now, or None."""
     from motionenv.mocap.keypoints.points2d import points_of
 
@@ -139,7 +140,7 @@ def _detections(video: Path, file: Path | None, detect: bool, weights, seconds: 
         _refuse({"weights": weights}, "needs --detect")
         return file
     _refuse({"detections": file}, "not with --detect, which makes them")
-    return points_of(video, *detected(video, weights, seconds))
+    return points_of(video, *detected(video, detector, weights, seconds))
 
 
 def _people(film: "Film", person: str | None) -> list[int | None]:

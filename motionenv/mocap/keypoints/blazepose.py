@@ -6,6 +6,7 @@ detector runs only now and then, or when it's needed. Decoding is that of MediaP
 `pose_landmark`; needs `ai-edge-litert` (`motionenv[detect]`).
 """
 
+import math
 import zipfile
 from pathlib import Path
 
@@ -209,7 +210,7 @@ def _radius(square: np.ndarray) -> float:
 def _regions(width: int, height: int) -> list[tuple[np.ndarray, float]]:
     """Corners and sides of squares to look at: the whole picture, and parts half as long that overlap by half."""
     side = max(width, height)
-    starts = [np.linspace(0, n - side / 2, max(1, round(4 * n / side) - 1)) for n in (width, height)]
+    starts = [np.linspace(0, n - side / 2, max(1, math.ceil(4 * n / side) - 1)) for n in (width, height)]
     parts = [(np.array([x, y]), side / 2) for y in starts[1] for x in starts[0]]
     return [((np.array([width, height]) - side) / 2, float(side)), *parts]
 
@@ -228,8 +229,9 @@ def _sampled(picture: np.ndarray, corner: np.ndarray, axes: np.ndarray, side: in
     steps = axes / side
     times = max(1, int(np.linalg.norm(steps, axis=1).min()))
     around = np.array([corner + i * axes[0] + j * axes[1] for i in (0, 1) for j in (0, 1)])
-    low = np.floor(np.clip(around.min(axis=0), 0, np.array(picture.shape[1::-1]) - 1) / times).astype(int)
-    high = np.ceil(np.clip(around.max(axis=0), 1, picture.shape[1::-1]) / times).astype(int)
+    most = np.array(picture.shape[1::-1]) // times
+    low = np.clip(np.floor(around.min(axis=0) / times).astype(int) - 1, 0, most - 1)
+    high = np.clip(np.ceil(around.max(axis=0) / times).astype(int) + 1, low + 1, most)
     part = picture[low[1] * times : high[1] * times, low[0] * times : high[0] * times]
     part = _reduced(part, times)
     grid = np.arange(side) + 0.5

@@ -46,8 +46,8 @@ def followed(path: str | Path, found: list[tuple], looks: Sequence[np.ndarray] |
     if len(crowd) > _MOST_PEOPLE:
         raise FormatError(path, f"frame {frame} shows {len(crowd)} people: keep only the walker's detections")
     known = all(identity is not None for _, _, identity in found)
-    tracks = _named(path, by_frame) if known else _linked(by_frame)
-    return sorted(_split(path, _repaired(path, tracks)), key=weight, reverse=True)
+    tracks = _split(path, _repaired(path, _named(path, by_frame))) if known else _linked(by_frame)
+    return sorted(tracks, key=weight, reverse=True)
 
 
 def weight(track: Track) -> float:
@@ -105,7 +105,7 @@ class _Walker:
         expected = self.track[self.last].copy()
         expected[:, :2] += self.velocity * min(frame - self.last, _GOES_ON)
         apart = _apart(expected, keypoints)
-        if apart > _STRIDE:
+        if apart > (_STRIDE if frame > self.last + 1 else _JUMP):
             return np.inf
         if self.look is None or look is None:
             return apart

@@ -10,6 +10,7 @@ Empty fields and skipped frames are gaps; markers without columns are missing.
 """
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +41,7 @@ _TALLEST = 10.0  # [m] extent from which a TRC file that says metres has pixels,
 
 def read_points(
     path: str | Path, *, format: str | None = None, fps: float | None = None, unit: str | None = None,
-    person: int | None = None, confidence: float = CONFIDENCE, size: tuple[int, int] | None = None,
+    person: int | Sequence[int] | None = None, confidence: float = CONFIDENCE, size: tuple[int, int] | None = None,
 ) -> Points:  # fmt: skip
     """Read the 2D points of a walker: keypoints of a detector, or a table of the 15 markers (.csv).
 
@@ -60,8 +61,8 @@ def read_points(
         fps: frame rate [Hz]; required for JSON, overrides that of a table or TRC.
         unit: "px", or a length unit of `motionenv.mocap.units_axes.METRES`; overrides the unit of a table's columns.
             Keypoints are in pixels.
-        person: which of several people; 0 has the longest and most confident track. None is an
-            error if another is at least a quarter as long.
+        person: which of several people; 0 has the longest and most confident track, and several numbers are parts of
+            one person. None is an error if another is at least a quarter as long.
         confidence: least score of a visible keypoint.
         size: width and height of the picture [pixels], for coordinates relative to it, as MediaPipe's.
 

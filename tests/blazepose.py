@@ -1,0 +1,34 @@
+"""BlazePose's models for the tests, from inside a wheel of MediaPipe, which is downloaded once.
+
+    python -m tests.blazepose
+
+prints the wheel's path; .ci/run calls it before the tests.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import platformdirs
+
+VERSION = "0.10.14"  # the last one whose wheel has the models
+ANY = ("--only-binary", ":all:", "--python-version", "3.11", "--platform", "manylinux2014_x86_64")  # only files matter
+
+
+def wheel() -> Path:
+    """The wheel, in the user's cache or the folder MOTIONENV_BLAZEPOSE.
+
+    Raises:
+        CalledProcessError: pip can't have it.
+    """
+    folder = Path(os.environ.get("MOTIONENV_BLAZEPOSE") or platformdirs.user_cache_path("motionenv-tests"))
+    if not (found := list(folder.glob(f"mediapipe-{VERSION}-*.whl"))):
+        get = (sys.executable, "-m", "pip", "download", "-q", "--no-deps", *ANY, "-d", str(folder))
+        subprocess.run([*get, f"mediapipe=={VERSION}"], check=True, capture_output=True)
+        found = list(folder.glob(f"mediapipe-{VERSION}-*.whl"))
+    return found[0]
+
+
+if __name__ == "__main__":
+    print(wheel())  # noqa: T201
