@@ -2,13 +2,14 @@
 
     python -m tests.blazepose
 
-prints the wheel's path; .ci/run calls it before the tests.
+puts them where motionenv looks for them, without another download; .ci/run calls it for the examples of the site.
 """
 
 import os
 import subprocess
 import sys
 from pathlib import Path
+from zipfile import ZipFile
 
 import platformdirs
 
@@ -30,5 +31,16 @@ def wheel() -> Path:
     return found[0]
 
 
+def placed(folder: Path) -> None:
+    """Put the models into the folder where they would be downloaded to."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with ZipFile(wheel()) as archive:
+        for name in archive.namelist():
+            if name.endswith(("/pose_detection.tflite", "/pose_landmark_full.tflite")):
+                part = folder / f"{name.rpartition('/')[2]}.{os.getpid()}"
+                part.write_bytes(archive.read(name))
+                part.replace(part.with_suffix(""))
+
+
 if __name__ == "__main__":
-    print(wheel())  # noqa: T201
+    placed(platformdirs.user_cache_path("motionenv") / "blazepose")

@@ -110,14 +110,18 @@ def locked(tmp_path_factory) -> Iterator[Server]:
 
 @pytest.fixture(scope="session")
 def blazepose() -> Path:
-    """A wheel with BlazePose's models; skips where LiteRT or the wheel can't be had, unless CI promised them."""
+    """A wheel with BlazePose's models, which are also where they would be downloaded to.
+
+    Skips where LiteRT or the wheel can't be had, unless CI promised them.
+    """
     from subprocess import CalledProcessError
 
-    from tests.blazepose import wheel
+    from tests.blazepose import placed, wheel
 
     try:
         import ai_edge_litert  # noqa: F401
 
+        placed(Path(os.environ["MOTIONENV_CACHE"]) / "blazepose")
         return wheel()
     except (ImportError, CalledProcessError) as error:
         if os.environ.get("MOTIONENV_REQUIRE_BLAZEPOSE"):

@@ -46,7 +46,8 @@ def lift(
     method: Annotated[str, typer.Option(help="free: any motion; steady: a straight walk; auto: see above.")] = "auto",
     prior: Annotated[str, typer.Option(help="Name or file of the prior; see `motionenv fit`.")] = "walk/prior",
     person: Annotated[
-        str | None, typer.Option(help="Index of the person in a film or detector's file; 0,3 joins parts of one person.")
+        str | None,
+        typer.Option(help="Index of the person in a film or detector's file; 0,3 joins parts of one person."),
     ] = None,
     format: Annotated[str | None, typer.Option(help="Keypoints in JSON, such as halpe-26; else recognised.")] = None,
     size: Annotated[str | None, typer.Option(help="Picture, WIDTHxHEIGHT, if points are relative to it.")] = None,
@@ -72,14 +73,23 @@ def lift(
     if plot is not None:
         check_picture(plot, "--plot")
     alpha = None if view == "unknown" else parsed_view(view)
-    of_detector = {"person": parsed_person(person), "format": format, "size": None if size is None else parsed_size(size)}
+    of_detector = {
+        "person": parsed_person(person),
+        "format": format,
+        "size": None if size is None else parsed_size(size),
+    }
     if weights is not None and points.suffix.lower() not in _FILMS:
         raise MotionError(
             f"--weights is only for films, in which people are detected; {points.name} has points: omit it"
         )
     known = _camera(camera, which)
     if points.suffix.lower() in _FILMS:
-        loaded = _of_film(points, (detector, weights), of_detector["person"], {"project": project, "fps": fps, "unit": unit, "size": size})
+        loaded = _of_film(
+            points,
+            (detector, weights),
+            of_detector["person"],
+            {"project": project, "fps": fps, "unit": unit, "size": size},
+        )
     else:
         loaded = _read(points, project, elevation, fps, unit, of_detector)
     with err.status("lifting") as status:
@@ -123,7 +133,7 @@ def _camera(path: Path | None, which: str | None) -> dict:
 
 
 def _of_film(film: Path, how: tuple[str, Path | None], person, others: dict) -> Points:
-    """Points of a person detected in a film, by a detector and its weights; refuses `others`, options of files of points."""
+    """Points of a person in a film, by a detector and its weights; refuses `others`, options of files of points."""
     from motionenv.mocap.keypoints.people import chosen
     from motionenv.mocap.keypoints.points2d import points_of
 

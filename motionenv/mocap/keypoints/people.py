@@ -7,7 +7,7 @@ cross: where two tracks break at once, and each goes on smoothly as the other, t
 
 import warnings
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -67,8 +67,9 @@ def chosen(path: str | Path, tracks: list[Track], person: int | Sequence[int] | 
     if person is None and len(rivals) == 1:
         return tracks[0]
     parts = list(person) if isinstance(person, list | tuple) else [person]
-    if parts and all(isinstance(part, int) and 0 <= part < len(tracks) for part in parts):
-        return _joined(path, {part: tracks[part] for part in parts})
+    known = {part: tracks[part] for part in parts if isinstance(part, int) and 0 <= part < len(tracks)}
+    if parts and len(known) == len(parts):
+        return _joined(path, known)
     who = "; ".join(f"{i}: {len(track)} frames from {min(track)}" for i, track in enumerate(rivals[:5]))
     asked = f"there is no person {person!r}" if person is not None else f"shows {len(rivals)} people"
     raise FormatError(path, f"{asked}: select one with person= (--person). Longest tracks: {who}")
@@ -145,13 +146,17 @@ def _repaired(path: str | Path, tracks: list[Track]) -> list[Track]:
     out = list(tracks)
     for i, j in combinations(range(len(out)), 2):
         while (frame := _exchange(out[i], out[j])) is not None:
-            parts = [[{f: k for f, k in out[n].items() if (f < frame) == early} for n in (i, j)] for early in (True, False)]
-            (out[i], out[j]) = parts[0][0] | parts[1][1], parts[0][1] | parts[1][0]
+            one, other = out[i], out[j]
+            out[i], out[j] = _spliced(one, other, frame), _spliced(other, one, frame)
             warnings.warn(
                 f"{Path(path).name}: two people's identities are exchanged from frame {frame} on, which was corrected",
                 CaptureWarning, stacklevel=2,
             )  # fmt: skip
     return out
+
+
+def _spliced(early: Track, late: Track, frame: int) -> Track:
+    return {f: k for f, k in early.items() if f < frame} | {f: k for f, k in late.items() if f >= frame}
 
 
 def _exchange(one: Track, other: Track) -> int | None:
@@ -179,8 +184,9 @@ def _break(before: Track, after: Track, frame: int) -> float:
     """How much keypoints change place or velocity at a frame, relative to the person's size: the median of them."""
     lines = []
     for part in (before, after):
-        seen = np.where(np.min([k[:, 2:] for k in part.values()], axis=0) > 0, [k[:, :2] for k in part.values()], np.nan)
-        lines.append(np.polynomial.polynomial.polyfit(np.array(list(part)) - frame + 0.5, seen.reshape(len(part), -1), 1))
+        all_seen = np.min([k[:, 2:] for k in part.values()], axis=0) > 0
+        places = np.where(all_seen, [k[:, :2] for k in part.values()], np.nan).reshape(len(part), -1)
+        lines.append(np.polynomial.polynomial.polyfit(np.array(list(part)) - frame + 0.5, places, 1))
     place, velocity = np.linalg.norm((lines[1] - lines[0]).reshape(2, -1, 2), axis=-1)
     size = max(np.ptp(k[k[:, 2] > 0, :2], axis=0).max(initial=0.0) for k in (*before.values(), *after.values()))
     change = place + velocity * _AROUND / 2
@@ -192,14 +198,14 @@ def _split(path: str | Path, tracks: list[Track]) -> list[Track]:
     out = []
     for track in tracks:
         frames = list(track)
-        cuts = [b for a, b in zip(frames, frames[1:]) if b == a + 1 and _JUMP < _apart(track[a], track[b]) < np.inf]
+        cuts = [b for a, b in pairwise(frames) if b == a + 1 and _JUMP < _apart(track[a], track[b]) < np.inf]
         if cuts:
             warnings.warn(
                 f"{Path(path).name}: somebody jumps to another place in frame {cuts[0]}, where the track was split; "
                 "parts of one person can be joined with --person, such as --person 0,3", CaptureWarning, stacklevel=2,
             )  # fmt: skip
         edges = [frames[0], *cuts, frames[-1] + 1]
-        out += [{f: track[f] for f in frames if a <= f < b} for a, b in zip(edges, edges[1:])]
+        out += [{f: track[f] for f in frames if a <= f < b} for a, b in pairwise(edges)]
     return out
 
 

@@ -97,9 +97,9 @@ def test_every_keypoint_is_where_the_models_see_it_in_the_films_pixels(weights, 
 
 
 def test_an_empty_film_and_weights_of_nothing(weights, tmp_path):
+    dark, seen_by = [np.zeros((96, 96, 3), dtype=np.uint8)] * 2, detector("rtmpose", weights)
     with pytest.raises(FormatError, match="nobody in 2 frames"):
-        dark = [np.zeros((96, 96, 3), dtype=np.uint8)] * 2
-        detect_people(dark, detector("rtmpose", weights), name="dark.mp4")
+        detect_people(dark, seen_by, name="dark.mp4")
     for content in (None, "no model"):
         if content is not None:
             for name in ("yolox.onnx", "pose.onnx"):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from motionenv.errors import CaptureWarning, FormatError
-from motionenv.mocap.keypoints.people import chosen, followed, weight
 from motionenv.mocap.keypoints.detections import read
+from motionenv.mocap.keypoints.people import chosen, followed, weight
 from tests.mocap.keypoints.people_json import walker
 
 
@@ -127,8 +127,12 @@ def test_who_jumps_to_another_place_is_somebody_else():
 
 def test_parts_of_one_person_are_joined_if_they_are_not_seen_at_once():
     one, other = walker(frames=40), walker(frames=40, shift=900)
-    tracks = followed("a.json", [(i, k, n) for n, each in enumerate((one, other)) for i, k in enumerate(each) if i % 40 != n])
-    with pytest.raises(FormatError, match="persons 0 and 1 are both seen in 38 frames from 2 to 39: they are two people"):
+    tracks = followed(
+        "a.json", [(i, k, n) for n, each in enumerate((one, other)) for i, k in enumerate(each) if i % 40 != n]
+    )
+    with pytest.raises(
+        FormatError, match="persons 0 and 1 are both seen in 38 frames from 2 to 39: they are two people"
+    ):
         chosen("a.json", tracks, [0, 1])
     early, late = ({i: one[i] for i in range(*ends)} for ends in ((0, 15), (20, 40)))
     whole = chosen("a.json", [late, early, {}], (0, 1))
