@@ -1,6 +1,7 @@
 """The `track` command."""
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -106,27 +107,44 @@ def track(
         _refuse(of_videos, "for --video only")
         _track_env(_Episode(str(env), tracker, model, particles, start, frames, smooth, seed), out, motion)
         return
-    from motionenv.mocap.keypoints.points2d import points_of
     from motionenv.tracking import Film
 
     _refuse({"start": start, "frames": frames}, "for --env only; a video is tracked as a whole")
-    if camera is None:
-        _refuse({"which": which}, "needs --camera")
     areas = {
         name: parsed_numbers(text, f"--{name}") for name, text in (("box", box), ("point", point), ("region", region))
     }
     seconds = 60.0 if seconds is None else seconds
-    points = detections or points_of(video, *detected(video, detector, weights, seconds))
-    film = Film(video, fps, seconds, background, areas["region"], points)
+    film = Film(video, fps, seconds, background, areas["region"], detections)
+    known = _camera(camera, which)
+    film = _seen(film, detector, weights)
     choice = {"height": height, "box": areas["box"], "point": areas["point"], "at": at}
     choice |= {"particles": particles, "smooth": smooth, "seed": seed}
     people = _people(film, person)
     lost = [
-        _track_video(film, camera, which, _made(tracker or "fpca", model), choice | {"person": number}, *files)
+        _track_video(film, known, _made(tracker or "fpca", model), choice | {"person": number}, *files)
         for number, files in ((number, _named(out, motion, number, people)) for number in people)
     ]
     if any(lost):
         raise typer.Exit(_LOST)
+
+
+def _camera(path: Path | None, which: str | None) -> Any:
+    from motionenv.render.cameras import read_camera
+
+    if path is None:
+        _refuse({"which": which}, "needs --camera")
+        return None
+    return read_camera(path, which)
+
+
+def _seen(film: "Film", detector: str, weights: Path | None) -> "Film":
+    """The film with its detections, or those of the detector."""
+    from motionenv.mocap.keypoints.points2d import points_of
+
+    if film.detections is not None:
+        return film
+    found = detected(Path(film.path), detector, weights, film.seconds)
+    return replace(film, detections=points_of(film.path, *found))
 
 
 def _people(film: "Film", person: str | None) -> list[int | None]:
@@ -194,16 +212,14 @@ def _made(tracker: str, model: str | None, *, arm: bool = False) -> Callable[...
     return make
 
 
-def _track_video(film: "Film", camera, which, prior, options: dict[str, Any], out: Path, motion_out) -> bool:
+def _track_video(film: "Film", camera, prior, options: dict[str, Any], out: Path, motion_out) -> bool:
     """Track a person in a film, with the given `options` of `track_video`; returns whether the track was lost."""
-    from motionenv.render.cameras import read_camera
     from motionenv.render.video.encode import write_video
     from motionenv.render.video.tracking_film import marked, track_film
     from motionenv.tracking import track_video
 
-    known = None if camera is None else read_camera(camera, which)
     with progress("following", None) as step:
-        found = track_video(film, known, prior=prior, progress=lambda done, total: step(done), **options)
+        found = track_video(film, camera, prior=prior, progress=lambda done, total: step(done), **options)
     poses, skeleton, fps = found.motion.poses, found.motion.skeleton, found.motion.fps
     pictures, seen = _pictures(film, found)
     lost = ~found.followed

@@ -150,7 +150,6 @@ def test_a_video_with_its_camera(run, tmp_path):
         (("--video", "text.mp4", "--out", "t.mp4"), "isn't a video"),
         (("--video", "still.mp4", "--out", "t.mp4"), "shows nobody in 12 frames"),
         (("--video", "still.mp4", "--camera", "none.json", "--out", "t.mp4"), "none.json"),
-        (("--video", "still.mp4", "--height", "9", "--out", "t.mp4"), "height"),
     ],
 )
 def test_what_is_wrong_is_told_in_a_line_and_nothing_is_left(run, tmp_path, args, says):

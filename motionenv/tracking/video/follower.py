@@ -77,9 +77,10 @@ class Follower:
     def _tracker(self, frame: int) -> ParticleFilter:
         """A filter that starts at the guide's pose, or goes on where the guide led."""
         poses = self.guide.poses
-        prior, start = self.prior, Start.at(poses[frame], spread=DEVIATION)
+        prior = self.prior
         if self.guide.known[frame]:
-            prior = GuidedPrior(poses, DEVIATION, skeleton=self.prior.skeleton, fps=self.prior.fps, first=frame)
+            prior = GuidedPrior(poses, DEVIATION, skeleton=prior.skeleton, fps=prior.fps, first=frame)
+            start = Start.at(poses[frame], spread=DEVIATION)
         else:
             last, before = poses[frame - 1], poses[max(frame - 2, 0)]
             before = before if np.isfinite(before).all() else last
