@@ -176,7 +176,7 @@ def look(at: Survey, who: Candidate, frames: slice, whole: Camera) -> Look:
     for t, foreground in enumerate(mine):
         foreground *= _window(boxes[t], [b[t] for b in others], rows, columns)
     shared = np.reshape([common_areas(boxes, b) / areas(boxes) for b in others], (-1, len(boxes)))
-    merged = (shared > _SHARED).any(axis=0)
+    merged = np.any(shared > _SHARED, axis=0, keepdims=True)[0]
     camera = resized(whole, *size)
     K = camera.K.copy()
     K[:2, 2] -= corner

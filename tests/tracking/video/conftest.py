@@ -21,7 +21,7 @@ def crossing(tmp_path_factory):
     camera = view(0.0, width=256, height=192, distance=5.0)
     drawn = render(poses, walk.skeleton, camera)
     limbs = drawn.limbs
-    clutter = 120 + 400 * gaussian_filter(rng.normal(0, 1, (192, 256, 3)), (6, 6, 0))
+    clutter = 180 + 400 * gaussian_filter(rng.normal(0, 1, (192, 256, 3)), (6, 6, 0))
     light = 1 + 0.05 * np.sin(np.arange(FRAMES) / 9)
     pictures = np.where(limbs[..., None] > 0, drawn.rgb, clutter) * light[:, None, None, None]
     noisy = np.clip(pictures + 6 * rng.standard_normal(pictures.shape), 0, 255).astype(np.uint8)
