@@ -30,7 +30,8 @@ MODELS = Source(
 _NAMES = (_DETECTOR, "pose_detector.tflite"), (_LANDMARKS, "pose_landmarks_detector.tflite")  # the latter in .task
 
 _STRIDES = {8: 2, 16: 2, 32: 6}  # anchors of each cell of so many pixels
-_FACE, _PRESENT, _REFINED = 0.5, 0.5, 0.5  # least scores of a detection, of a person, of a peak in a heat map
+_FACE, _SURE = 0.5, 0.75  # least scores of a detection in the whole picture and in a part of it, which may cut bodies
+_PRESENT, _REFINED = 0.5, 0.5  # least scores of a person, and of a peak in a heat map
 _OVERLAP = 0.3  # of detections of one face
 _AROUND = 1.25  # side of a square, relative to twice the distance from hips to its edge
 _SAME = 0.3  # least distance of two people's hips, relative to the smaller one's circle
@@ -68,7 +69,7 @@ class BlazePose:
         boxes = boxes.reshape(-1, 6, 2) / self._detect.side
         boxes[:, [0, 2, 3]] += self._anchors[:, None]
         scores = 1 / (1 + np.exp(-np.clip(scores.ravel(), -100, 100)))
-        sure = scores > _FACE
+        sure = scores > (_FACE if side >= max(picture.shape[:2]) else _SURE)
         return [corner + side * box[2:4] for box in _suppressed(boxes[sure], scores[sure])]
 
     def _seen(self, picture: np.ndarray, squares: list[np.ndarray]) -> list[np.ndarray]:
@@ -176,9 +177,9 @@ def _refined(at: np.ndarray, heat: np.ndarray) -> np.ndarray:
 
 
 def _distinct(found: list[np.ndarray]) -> list[np.ndarray]:
-    """Points (39, 3) of everybody once: as they are seen most surely."""
+    """Points (39, 3) of everybody once: as they are seen most surely and largest."""
     kept: list[np.ndarray] = []
-    for one in sorted(found, key=lambda points: -points[:_KEYPOINTS, 2].mean()):
+    for one in sorted(found, key=lambda points: -_radius(points[_ALIGNED, :2]) * points[:_KEYPOINTS, 2].mean()):
         if not any(_one_body(one, other) for other in kept):
             kept.append(one)
     return kept

@@ -23,7 +23,7 @@ _STRIDE = 1.0  # most movement between detections, relative to the person's size
 _LOST = 30  # frames after which a track ends
 _GOES_ON = 5  # frames for which nobody who isn't seen is expected to go on as before
 _RECENT = 0.3  # weight of the last step in the velocity of a track, and of the last look
-_RIVAL = 0.25  # length of another track, relative to the longest, from which the choice is ambiguous
+_RIVAL = 0.25  # length times size of another track, relative to the longest, from which the choice is ambiguous
 _AROUND = 6  # frames before and after a break
 _BREAK, _SMOOTHER = 0.15, 0.5  # least break of a track [sizes], and most of what is left of it when exchanged
 _JUMP = 0.5  # step from a frame to the next, relative to the person's size, that nobody makes
@@ -55,15 +55,20 @@ def weight(track: Track) -> float:
     return float(np.sum([np.clip(keypoints[:, 2], 0, 1).mean() for keypoints in track.values()]))
 
 
+def _size(track: Track) -> float:
+    """Largest extent of the visible keypoints, the median over frames [pixels]."""
+    return float(np.median([np.ptp(k[k[:, 2] > 0, :2], axis=0).max(initial=0.0) for k in track.values() if len(k)]))
+
+
 def chosen(path: str | Path, tracks: list[Track], person: int | Sequence[int] | None) -> Track:
-    """The track of `person`, an index; None is the first, unless another is at least a quarter as long.
+    """The track of `person`, an index; None is the first, unless another is a quarter as long, for its size.
 
     Several indices are parts of one person, whose tracks are joined.
 
     Raises:
         FormatError: no such person, several who are seen at once, or several and none is chosen; lists them.
     """
-    rivals = [track for track in tracks if weight(track) >= _RIVAL * weight(tracks[0])]
+    rivals = [t for t in tracks if weight(t) * _size(t) >= _RIVAL * weight(tracks[0]) * _size(tracks[0])]
     if person is None and len(rivals) == 1:
         return tracks[0]
     parts = list(person) if isinstance(person, list | tuple) else [person]

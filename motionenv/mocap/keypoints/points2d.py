@@ -62,7 +62,7 @@ def read_points(
         unit: "px", or a length unit of `motionenv.mocap.units_axes.METRES`; overrides the unit of a table's columns.
             Keypoints are in pixels.
         person: which of several people; 0 has the longest and most confident track, and several numbers are parts of
-            one person. None is an error if another is at least a quarter as long.
+            one person. None is an error if another is at least a quarter as long, for its size.
         confidence: least score of a visible keypoint.
         size: width and height of the picture [pixels], for coordinates relative to it, as MediaPipe's.
 
