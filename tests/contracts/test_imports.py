@@ -157,7 +157,7 @@ def declared(*extras: str) -> set[str]:
     [
         ("motionenv", ("agents", "data", "detect", "plots", "rtmpose", "sklearn")),
         ("service", ()),
-        ("tests", ("test", "agents", "data", "integrations")),
+        ("tests", ("test", "agents", "data", "detect", "integrations")),
         ("benchmarks", ("test", "bench")),
     ],
 )

@@ -57,7 +57,8 @@ def weight(track: Track) -> float:
 
 def _size(track: Track) -> float:
     """Largest extent of the visible keypoints, the median over frames [pixels]."""
-    return float(np.median([np.ptp(k[k[:, 2] > 0, :2], axis=0).max(initial=0.0) for k in track.values() if len(k)]))
+    extents = [np.ptp(k[k[:, 2] > 0, :2], axis=0).max() for k in track.values() if (k[:, 2] > 0).any()]
+    return float(np.median(extents)) if extents else 0.0
 
 
 def chosen(path: str | Path, tracks: list[Track], person: int | Sequence[int] | None) -> Track:
