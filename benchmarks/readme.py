@@ -58,7 +58,7 @@ ROWS = (
         "constant velocity: {peer_kept:.0f} % kept", "tracking --only trackers"),
     Row("people who turn in a film, clutter, a passer-by, detections", 
         "{error:.0f} mm per joint, {kept:.0f} % of frames kept",
-        "silhouettes alone: {peer_error:.0f} mm, {peer_kept:.0f} % kept", "tracking.detected_films"),
+        "detected by BlazePose: {peer_error:.0f} mm, {peer_kept:.0f} % kept", "tracking.detected_films"),
     Row("four-second walks over HTTP, one worker", "{requests:,.0f} requests/s",
         "{ratio:.2f}× bare Starlette doing the same work", "service", timed=True),
 )  # fmt: skip

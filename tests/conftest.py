@@ -106,3 +106,24 @@ def locked(tmp_path_factory) -> Iterator[Server]:
     settings = {"keys": ["a-key-that-only-tests-know"], "max_json": 2000, "cors": ["https://lab.example"]}
     with run_service(tmp_path_factory.mktemp("locked"), **settings) as running:
         yield running
+
+
+@pytest.fixture(scope="session")
+def blazepose() -> Path:
+    """A wheel with BlazePose's models, which are also where they would be downloaded to.
+
+    Skips where LiteRT or the wheel can't be had, unless CI promised them.
+    """
+    from subprocess import CalledProcessError
+
+    from tests.blazepose import placed, wheel
+
+    try:
+        import ai_edge_litert  # noqa: F401
+
+        placed(Path(os.environ["MOTIONENV_CACHE"]) / "blazepose")
+        return wheel()
+    except (ImportError, CalledProcessError) as error:
+        if os.environ.get("MOTIONENV_REQUIRE_BLAZEPOSE"):
+            pytest.fail(f"MOTIONENV_REQUIRE_BLAZEPOSE is set, but: {error}")
+        pytest.skip(f"no BlazePose: {error}")

@@ -86,8 +86,10 @@ def _start() -> Any:
 
 @output("track of a film")
 def _video_track() -> Any:
+    from motionenv.body import markers
     from motionenv.render import cameras, render
-    from motionenv.tracking.video.track import track_video
+    from motionenv.tracking.video.track import Film, track_video
+    from motionenv.types import Points
 
     watching = cameras.view(0.0, distance=5.0, width=128, height=96)
     poses = walk().poses - np.eye(25)[0] * walk().poses[:, :1].mean()
@@ -96,7 +98,8 @@ def _video_track() -> Any:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "walk.mp4"
         motionenv.write_video(path, np.clip(drawn, 0, 255).astype(np.uint8), 30)
-        track = track_video(path, watching, height=1.75, particles=150, attempts=1, seed=1)
+        points = Points(watching.project(markers(poses, walk().skeleton))[0], 30, "px")
+        track = track_video(Film(path, detections=points), watching, height=1.75, particles=150, seed=1)
     return dataclasses.replace(track, motion=dataclasses.replace(track.motion, name="walk"))  # not the folder's name
 
 

@@ -2,12 +2,11 @@
 
     motionenv bench tracking.choosing --first 2000 --films 60
 
-The films are those of `benchmarks/tracking/made_films.py`; films 2000 to 2059 are reported. The weights of the choice
-were fitted to films 0 to 59 and 1000 to 1119, of which the former had been reported before, and the verdict's threshold
-was chosen on the latter. Nothing but the film is given, except for films with two walkers: there, a point on the one
-that is meant, in the middle of the time it's visible.
+The films are those of `benchmarks/tracking/made_films.py`; films 2000 to 2059 are reported. The verdict's threshold was
+chosen on films 1000 to 1119, with an earlier tracker. Nothing but the film is given, except for films with two walkers:
+there, a point on the one that is meant, in the middle of the time it's visible.
 
-The choice is right if the chosen mover's box overlaps the true one (intersection over union above 0.5 in the median
+The choice is right if the chosen person's box overlaps the true one (intersection over union above 0.5 in the median
 frame); where nobody walks or the camera moves, if the film is refused. A frame declared followed is false if the
 figure's silhouette overlaps the whole walker's (as if nothing hid it) by less than 0.4, or if its joints are off by
 more than 0.12 of the walker's height in the picture, left and right exchanged if that is better. All other frames
@@ -76,7 +75,7 @@ def tracked(film: MadeFilm, path: Path, particles: int, seed: int) -> VideoTrack
         at = np.flatnonzero(alone)[alone.sum() // 2] if alone.any() else np.flatnonzero(np.isfinite(shown[:, 0]))[0]
         left, right, top, bottom = shown[at]
         given = {"point": ((left + right) / 2, (top + bottom) / 2), "at": at / FPS}
-    return track_video(path, particles=particles, attempts=1, seed=seed, **given)
+    return track_video(path, particles=particles, seed=seed, **given)
 
 
 def main() -> None:

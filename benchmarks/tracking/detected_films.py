@@ -1,4 +1,4 @@
-"""How well `track_video` follows people who turn, in films with clutter and a passer-by, with detections and without.
+"""How well `track_video` follows people who turn, in films with clutter and a passer-by, by detections.
 
     motionenv bench tracking.detected_films [--mocap FOLDER] [--people cmu] [--films 12]
 
@@ -6,7 +6,8 @@ Films of 128² pixels and at most four seconds at 30 frames/s from a standing ca
 captured motion, from 1 to 14 degrees above: clothes and a textured background of random colours, noise of 6 grey
 levels, MP4 compression, and somebody else who crosses the picture in front or behind. Detections are the projections of
 both people's markers with the errors of `DetectorErrors` at its defaults; the passer-by's are in the same list, and
-nothing says who is meant, except in the row "detections and a point". Without detections, a point tells, too.
+nothing says who is meant, except in the rows "and a point". In that of "BlazePose", it detects people itself:
+figures of random colours without faces.
 
 Captured are Bandai-Namco's turns ("bandai", reported), or CMU's straight walks bent along random paths ("cmu"), on
 whose first eight films the settings of `motionenv.tracking.video.guide` were chosen.
@@ -45,7 +46,7 @@ from motionenv.render.cameras import fit_view
 from motionenv.render.video.encode import write_video
 from motionenv.types import MARKERS, Camera, Points
 
-WAYS = ("lift alone", "silhouettes", "detections", "detections and a point")
+WAYS = ("lift alone", "BlazePose and a point", "detections", "detections and a point")
 FPS, SIZE, MOST, CLOSE = 30.0, 128, 120, 0.15
 LEGS = [MARKERS.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("knee", "ankle")]
 SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
@@ -143,8 +144,8 @@ def scored(found: np.ndarray, followed: np.ndarray, true: np.ndarray) -> dict[st
     }
 
 
-def played(film: Film, path: Path, particles: int, attempts: int, way: str) -> dict[str, float]:
-    """What `track_video` makes of one film, with detections, without them, or what lifting alone does."""
+def played(film: Film, path: Path, particles: int, way: str) -> dict[str, float]:
+    """What `track_video` makes of one film, with given or its own detections, or what lifting alone does."""
     begun = time.process_time()
     if way == "lift alone":
         found = fit_freely(film.people[1], film.camera).positions
@@ -154,9 +155,7 @@ def played(film: Film, path: Path, particles: int, attempts: int, way: str) -> d
         if way != "detections":
             early = len(film.joints) // 4
             told = {"point": film.camera.project(film.joints[early, PELVIS])[0], "at": early / FPS}
-        track = tracking.track_video(
-            known, film.camera, particles=particles, attempts=attempts, seed=0, threads=1, **told
-        )
+        track = tracking.track_video(known, film.camera, particles=particles, seed=0, threads=1, **told)
         body = track.motion.skeleton
         scores = scored(joints_of(track.expected, body), track.followed, film.joints)
     return scores | {"seconds": (time.process_time() - begun) / len(film.joints) * FPS}
@@ -168,7 +167,6 @@ def main() -> None:
     parser.add_argument("--people", choices=("bandai", "cmu"), default="bandai")
     parser.add_argument("--films", type=int, default=12, quick=1)
     parser.add_argument("--particles", type=int, default=1000, quick=10)
-    parser.add_argument("--attempts", type=int, default=1)
     parser.add_argument("--way", choices=WAYS, action="append")
     asked = parser.parse_args()
     ways = asked.way or list(WAYS)
@@ -180,7 +178,7 @@ def main() -> None:
             write_video(path, iter(film.pictures), FPS)
             for way in ways:
                 try:
-                    rows[way].append(played(film, path, asked.particles, asked.attempts, way))
+                    rows[way].append(played(film, path, asked.particles, way))
                     print(f"{name}: {way}: { ({k: round(v, 2) for k, v in rows[way][-1].items()}) }", flush=True)
                 except MotionError as error:
                     refused[way] += 1
@@ -202,7 +200,7 @@ def tell(rows: dict[str, list[dict[str, float]]], refused: dict[str, int], films
             f"{mean['kept'] * share:.0%} | {mean['false']:.0%} | {mean['exchanged']:.0%} | "
             f"{refused[way]} of {films} | {mean['seconds']:.1f} |"
         )
-        names = {"detections": ("error", "kept"), "silhouettes": ("peer_error", "peer_kept")}.get(way)
+        names = {"detections": ("error", "kept"), "BlazePose and a point": ("peer_error", "peer_kept")}.get(way)
         if names:
             numbers = np.nanmedian([one["error"] for one in each]), 100 * mean["kept"] * share
             headline(**dict(zip(names, numbers, strict=True)))

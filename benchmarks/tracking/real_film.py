@@ -2,9 +2,9 @@
 
     motionenv bench tracking.real_film [--mocap FOLDER] [--detections FOLDER] [--pictures FOLDER]
 
-The folder of --mocap has pose2sim, with its Demo_SinglePerson and from_history; that of --detections has cam01.json to
-cam04.json, as of MediaPipe's Pose (model_complexity=1, smooth_landmarks=False), which motionenv doesn't ship. Cameras
-are given, lens distortion is ignored. Errors are means of 12 joints about the middle of the hips, in
+The folder of --mocap has pose2sim, with its Demo_SinglePerson and from_history. People are detected by BlazePose; the
+folder of --detections may have cam01.json to cam04.json of another detector. Cameras are given, lens distortion is
+ignored. Errors are means of 12 joints about the middle of the hips, in
 the world's axes; the truth is triangulated from all four views. "detections off" is the median distance of the detected
 joints from the projected true ones, "lift alone" the error of the lifted detections.
 """
@@ -18,14 +18,15 @@ from benchmarks import Arguments, scratch
 from motionenv.body import markers
 from motionenv.errors import MotionError
 from motionenv.lifting import fit_freely
-from motionenv.mocap.keypoints.points2d import read_people
+from motionenv.mocap.keypoints.detector import detect_people, detector
+from motionenv.mocap.keypoints.points2d import points_of, read_people
 from motionenv.render.draw2d.overlay import draw_pose
 from motionenv.render.video.decode import narrowed, read_frames, video_info
 from motionenv.render.video.encode import write_image
 from motionenv.tracking import Film, VideoTrack, track_video
+from motionenv.tracking.video.candidates import at_frames
 from motionenv.tracking.video.detection import resized
-from motionenv.tracking.video.guide import at_frames
-from motionenv.types import MARKERS, Camera
+from motionenv.types import MARKERS, Camera, Points
 
 VIEWS, JOINT_FPS, SUBPIXELS = ("cam01", "cam02", "cam03", "cam04"), 60.0, 64
 SHOWN, WIDE = 6, 360  # pictures of a film that are drawn, and their width
@@ -75,9 +76,8 @@ def error_of(places: np.ndarray, true: np.ndarray) -> np.ndarray:
     return 1000 * np.linalg.norm(about_hips(places[:, SAME]) - about_hips(true), axis=-1).mean(axis=1)
 
 
-def line_of_detections(path: Path, size: tuple[int, int], fps: float, camera: Camera, true: np.ndarray) -> str:
+def line_of_detections(points: Points, camera: Camera, true: np.ndarray) -> str:
     """How far the detections of a view, and what is lifted from them, are from the truth."""
-    points = read_people(path, fps, size)[0]
     frames = min(len(true), len(points.positions))
     seen = camera.project(true[:frames])[0]
     off = np.linalg.norm(points.positions[:frames, SAME] - seen, axis=-1)
@@ -110,33 +110,28 @@ def main() -> None:
     parser.add_argument("--particles", type=int, default=1000, quick=10)
     asked = parser.parse_args()
     folder = asked.mocap / "pose2sim"
-    if asked.detections is None:
-        print("skipped: rows with detections; --detections names their folder")
     print(
         "| view | given | detections off | lift alone | frames followed | error | overlap | lost |\n" + "|-" * 8 + "|"
     )
     for view in VIEWS[:1] if asked.quick else VIEWS:
         path, camera = film(folder, view), calibrated(folder, view)
         info, true = video_info(path), triangulated(folder)
-        known = None if asked.detections is None else asked.detections / f"{view}.json"
-        for given in [None] if known is None else [None, known]:
-            about = "– | –"
-            if given is not None:
-                about = line_of_detections(given, (info.width, info.height), info.fps, camera, true)
+        tracks, frames = detect_people(read_frames(path), detector(), name=str(path))
+        people: dict[str, list[Points]] = {"BlazePose": points_of(path, tracks, frames, info.fps)}
+        if asked.detections is not None:
+            people["file"] = read_people(asked.detections / f"{view}.json", info.fps, (info.width, info.height))
+        for given, points in people.items():
+            about = line_of_detections(points[0], camera, true)
             try:
-                track = track_video(Film(path, detections=given), camera, person=1, particles=asked.particles, seed=0)
+                track = track_video(Film(path, detections=points), camera, person=1, particles=asked.particles, seed=0)
             except MotionError as error:
-                print(
-                    f"| {view} | {'detections' if given else 'film'} | {about} | refused: {error} | | | |", flush=True
-                )
+                print(f"| {view} | {given} | {about} | refused: {error} | | | |", flush=True)
                 continue
             at = at_frames(true, JOINT_FPS, track.motion.fps, len(track.overlap))
-            print(
-                f"| {view} | {'detections' if given else 'film'} | {about} | {line_of_track(track, at)} |", flush=True
-            )
+            print(f"| {view} | {given} | {about} | {line_of_track(track, at)} |", flush=True)
             if asked.pictures is not None:
                 asked.pictures.mkdir(parents=True, exist_ok=True)
-                drawn(path, track, asked.pictures / f"{view}-{'detections' if given else 'film'}.png")
+                drawn(path, track, asked.pictures / f"{view}-{given}.png")
 
 
 if __name__ == "__main__":

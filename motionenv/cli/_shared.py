@@ -43,8 +43,10 @@ Fill = Annotated[bool, typer.Option("--fill", help="Fill what the capture doesn'
 View = Annotated[str, typer.Option(help="side, front, oblique, or a view angle in degrees.")]
 Size = Annotated[str, typer.Option(help="Image size in pixels, WIDTHxHEIGHT.")]
 
+Detector = Annotated[str, typer.Option(help="What detects people in a film: blazepose or rtmpose.")]
 Weights = Annotated[
-    tuple[Path, Path] | None, typer.Option(help="ONNX files of YOLOX and RTMPose; by default downloaded.")
+    Path | None,
+    typer.Option(help="The detector's models: their folder, or MediaPipe's .task file or wheel; else downloaded once."),
 ]
 
 _Command = TypeVar("_Command", bound=Callable[..., None])
@@ -95,15 +97,27 @@ def made_progress(title: str, total: int, unit: str = "frames") -> Iterator[Call
         yield step
 
 
-def detected(film: Path, weights: tuple[Path, Path] | None, seconds: float = 3600.0) -> tuple[list, int, float]:
-    """Tracks of everybody whom a detector sees in a film, the number of frames, and their rate [Hz]."""
-    from motionenv.mocap.keypoints.detector import detect_people
+def detected(film: Path, name: str, weights: Path | None, seconds: float = 3600.0) -> tuple[list, int, float]:
+    """Tracks of everybody whom a detector sees in a film, the number of frames, and their rate [Hz]; says who it is."""
+    from motionenv.mocap.keypoints.detector import detect_people, detector
     from motionenv.render.video.decode import read_frames, video_info
 
-    fps = video_info(film).fps
-    with progress("detecting", None) as step:
-        found = detect_people(read_frames(film, seconds=seconds), weights=weights, on_progress=step, name=str(film))
-    return *found, fps
+    fps, seen_by = video_info(film).fps, detector(name, weights)
+    with progress("detecting people", None) as step:
+        tracks, frames = detect_people(read_frames(film, seconds=seconds), seen_by, on_progress=step, name=str(film))
+    people = "; ".join(f"{i}: in {len(track)} frames from {min(track)}" for i, track in enumerate(tracks[:5]))
+    note(f"{film.name}: {frames} frames at {fps:.4g} fps; {name} found {len(tracks)} people, {people}")
+    return tracks, frames, fps
+
+
+def parsed_person(text: str | None) -> int | list[int] | None:
+    """Index of a person from "2", or of the parts of one from "0,3"; None from None."""
+    if text is None:
+        return None
+    if not all(part.strip().isdecimal() for part in text.split(",")):
+        raise MotionError(f"--person must be a number, or those of the parts of one person, such as 0,3; got {text!r}")
+    numbers = [int(part) for part in text.split(",")]
+    return numbers[0] if len(numbers) == 1 else numbers
 
 
 def note(text: str) -> None:

@@ -10,6 +10,7 @@ import typer
 from motionenv._core.files import atomic_write
 from motionenv._core.representation import counted
 from motionenv.cli._shared import (
+    Detector,
     Fps,
     Unit,
     Weights,
@@ -18,6 +19,7 @@ from motionenv.cli._shared import (
     detected,
     err,
     note,
+    parsed_person,
     parsed_size,
     parsed_view,
 )
@@ -48,17 +50,21 @@ def lift(
     which: Annotated[str | None, typer.Option(help="Name of the camera in a .toml file.")] = None,
     method: Annotated[str, typer.Option(help="free: any motion; steady: a straight walk; auto: see above.")] = "auto",
     prior: Annotated[str, typer.Option(help="Name or file of the prior; see `motionenv fit`.")] = "walk/prior",
-    person: Annotated[int | None, typer.Option(help="Index of the person in a detector's file.")] = None,
+    person: Annotated[
+        str | None,
+        typer.Option(help="Index of the person in a film or detector's file; 0,3 joins parts of one person."),
+    ] = None,
     format: Annotated[str | None, typer.Option(help="Keypoints in JSON, such as halpe-26; else recognised.")] = None,
     size: Annotated[str | None, typer.Option(help="Picture, WIDTHxHEIGHT, if points are relative to it.")] = None,
     up: Annotated[bool, typer.Option("--up", help="Pixels are counted upwards.")] = False,
+    detector: Detector = "blazepose",
     weights: Weights = None,
     fps: Fps = None,
     unit: Unit = None,
 ) -> None:
     """Lift people who walk, turn or run from the 2D points of one camera to 3D.
 
-    People in films are detected by RTMPose (pip install 'motionenv[detect]').
+    People in films are detected by BlazePose (pip install 'motionenv[detect]').
 
     Points in metres, or with --view or --scale, show a straight walk. Capture (.amc, .bvh, .c3d, .trc) is projected
     first, and the result compared with it.
@@ -71,7 +77,8 @@ def lift(
     check_suffix(out)
     _check_outputs(out, plot, report, angles)
     alpha = None if view == "unknown" else parsed_view(view)
-    of_detector = {"person": person, "format": format, "size": None if size is None else parsed_size(size),
+    picture = None if size is None else parsed_size(size)
+    of_detector = {"person": parsed_person(person), "format": format, "size": picture,
                    "up": _checked_up(up, size, camera)}  # fmt: skip
     if weights is not None and points.suffix.lower() not in _FILMS:
         raise MotionError(
@@ -80,7 +87,7 @@ def lift(
     known = _camera(camera, which)
     if points.suffix.lower() in _FILMS:
         others = {"project": project, "fps": fps, "unit": unit, **of_detector, "person": None}
-        loaded, known = _of_film(points, weights, person, others, known)
+        loaded, known = _of_film(points, (detector, weights), of_detector["person"], others, known)
     else:
         loaded = _read(points, project, elevation, fps, unit, of_detector)
     with err.status("lifting") as status:
@@ -166,7 +173,7 @@ def _checked_up(up: bool, size, camera) -> bool | None:
     return up or None
 
 
-def _of_film(film: Path, weights, person: int | None, others: dict, known: dict) -> tuple[Points, dict]:
+def _of_film(film: Path, how: tuple[str, Path | None], person, others: dict, known: dict) -> tuple[Points, dict]:
     """Points of a person detected in a film, as a camera that stands still would see them, and what is known of that.
 
     Refuses `others`, options of files of points.
@@ -176,7 +183,7 @@ def _of_film(film: Path, weights, person: int | None, others: dict, known: dict)
 
     if given := [name for name, value in others.items() if value is not None]:
         raise MotionError(f"--{given[0]} is only for files of points; {film.name} is a film: omit it")
-    tracks, frames, fps = detected(film, weights)
+    tracks, frames, fps = detected(film, *how)
     return _steadied(film, tracks, points_of(film, [chosen(film, tracks, person)], frames, fps)[0], known)
 
 

@@ -1,6 +1,7 @@
 """The `track` command."""
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -8,7 +9,7 @@ import numpy as np
 import typer
 
 from motionenv._core.validation import checked_choice, random_generator
-from motionenv.cli._shared import Seed, Weights, check_folder, detected, note, parsed_numbers, progress
+from motionenv.cli._shared import Detector, Seed, Weights, check_folder, detected, note, parsed_numbers, progress
 from motionenv.errors import GapError, MotionError
 
 if TYPE_CHECKING:
@@ -21,7 +22,6 @@ _SIZE, _FILMED = 128, 384  # image side of an environment without a level, and a
 _FILM_SIDE = 640  # [pixels] longest side of a video in the film; smaller videos are enlarged by a whole number
 _LOST = 3  # exit code of a track that was lost at times
 _OFF, _OFTEN = 0.5, 0.1  # [m] error from which a frame of an environment is lost, and share of such frames
-_WALKS = 0.7  # least probability of walking of whom --person all follows
 _SHOWN = 30  # particles shown in the film
 
 
@@ -41,7 +41,9 @@ def track(
     ] = None,
     tracker: Annotated[
         str | None,
-        typer.Option(help="Motion prior: fpca (default), tree or constant-velocity (default of arms)."),
+        typer.Option(
+            help="Motion prior; of videos, in gaps: fpca (default), tree, constant-velocity (default of arms)."
+        ),
     ] = None,
     model: Annotated[
         str | None, typer.Option(help="Name or file of the prior's model; by default a packaged one.")
@@ -58,20 +60,17 @@ def track(
     seconds: Annotated[float | None, typer.Option(help="Longest duration of a video [s]; by default 60.")] = None,
     person: Annotated[
         str | None,
-        typer.Option(help="Whom to follow in a video: a number, all walkers in turn, or list (only print who moves)."),
+        typer.Option(help="Whom to follow in a video: a number, all in turn, or list (only print who is seen)."),
     ] = None,
     box: Annotated[str | None, typer.Option(help="X,Y,W,H in pixels: follow who is in this box of a video.")] = None,
     point: Annotated[str | None, typer.Option(help="X,Y in pixels: follow who is at this point of a video.")] = None,
     at: Annotated[float | None, typer.Option(help="Moment of --box or --point [s]; by default any.")] = None,
-    region: Annotated[str | None, typer.Option(help="X,Y,W,H in pixels: look only at this part of a video.")] = None,
+    region: Annotated[str | None, typer.Option(help="X,Y,W,H in pixels: follow only who is in this part.")] = None,
     detections: Annotated[
-        Path | None, typer.Option(help="Keypoints of everybody in a video, of a detector: a file or a folder.")
+        Path | None, typer.Option(help="Keypoints of everybody in a video, a file or a folder; else detected.")
     ] = None,
-    detect: Annotated[bool, typer.Option("--detect", help="Detect keypoints in a video by RTMPose.")] = False,
+    detector: Detector = "blazepose",
     weights: Weights = None,
-    attempts: Annotated[
-        int | None, typer.Option(min=1, help="Tracks of a video, of which the best is kept; by default 4.")
-    ] = None,
     fps: Annotated[
         float | None, typer.Option(help="Frame rate at which to track a video; by default its own, up to 31.")
     ] = None,
@@ -83,11 +82,10 @@ def track(
     """Track a person with a particle filter, and film the track.
 
     In an environment the tracker observes what the id says, in walker and arm exact silhouettes, and is the agent of
-    motionenv evaluate unless options say otherwise; in a video it is the moving foreground. The film shows the
-    particles as thin lines, the expected pose, the body from another view, and the error; for a video, the overlap of
-    pose and outline instead of the error, and LOST in frames in which the person isn't followed.
-    Detections, a frame for each of the video's, choose whom to follow and which side is left. --detect needs
-    pip install 'motionenv[detect]'.
+    motionenv evaluate unless options say otherwise; in a video it is the moving foreground, and the keypoints that a
+    detector sees (pip install 'motionenv[detect]'), which choose whom to follow and which side is left. The film shows
+    the particles as thin lines, the expected pose, the body from another view, and the error; for a video, the overlap
+    of pose and outline instead of the error, and LOST in frames in which the person isn't followed.
     Exit codes: 0, followed wherever the person is wholly in the picture; 3, lost at times (of a video, the file of
     --motion has NaN there, or the longest stretch if its format has no gaps; in an environment, joints are off by half
     a metre in a tenth of the frames), with the reasons on stderr; 2, nothing could be tracked.
@@ -103,8 +101,8 @@ def track(
     if video is None:
         of_videos = {
             "camera": camera, "which": which, "background": background, "height": height, "seconds": seconds,
-            "fps": fps, "person": person, "box": box, "point": point, "at": at, "region": region, "attempts": attempts,
-            "detections": detections, "detect": detect or None, "weights": weights,
+            "fps": fps, "person": person, "box": box, "point": point, "at": at, "region": region,
+            "detections": detections, "weights": weights,
         }  # fmt: skip
         _refuse(of_videos, "for --video only")
         _track_env(_Episode(str(env), tracker, model, particles, start, frames, smooth, seed), out, motion)
@@ -112,38 +110,45 @@ def track(
     from motionenv.tracking import Film
 
     _refuse({"start": start, "frames": frames}, "for --env only; a video is tracked as a whole")
-    if camera is None:
-        _refuse({"which": which}, "needs --camera")
     areas = {
         name: parsed_numbers(text, f"--{name}") for name, text in (("box", box), ("point", point), ("region", region))
     }
     seconds = 60.0 if seconds is None else seconds
-    points = _detections(video, detections, detect, weights, seconds)
-    film = Film(video, fps, seconds, background, areas["region"], points)
+    film = Film(video, fps, seconds, background, areas["region"], detections)
+    known = _camera(camera, which)
+    film = _seen(film, detector, weights)
     choice = {"height": height, "box": areas["box"], "point": areas["point"], "at": at}
-    choice |= {"attempts": 4 if attempts is None else attempts, "particles": particles, "smooth": smooth, "seed": seed}
+    choice |= {"particles": particles, "smooth": smooth, "seed": seed}
     people = _people(film, person)
     lost = [
-        _track_video(film, camera, which, _made(tracker or "fpca", model), choice | {"person": number}, *files)
+        _track_video(film, known, _made(tracker or "fpca", model), choice | {"person": number}, *files)
         for number, files in ((number, _named(out, motion, number, people)) for number in people)
     ]
     if any(lost):
         raise typer.Exit(_LOST)
 
 
-def _detections(video: Path, file: Path | None, detect: bool, weights, seconds: float) -> Any:
-    """The keypoints of everybody in a video: a file's, detected now, or None."""
+def _camera(path: Path | None, which: str | None) -> Any:
+    from motionenv.render.cameras import read_camera
+
+    if path is None:
+        _refuse({"which": which}, "needs --camera")
+        return None
+    return read_camera(path, which)
+
+
+def _seen(film: "Film", detector: str, weights: Path | None) -> "Film":
+    """The film with its detections, or those of the detector."""
     from motionenv.mocap.keypoints.points2d import points_of
 
-    if not detect:
-        _refuse({"weights": weights}, "needs --detect")
-        return file
-    _refuse({"detections": file}, "not with --detect, which makes them")
-    return points_of(video, *detected(video, weights, seconds))
+    if film.detections is not None:
+        return film
+    found = detected(Path(film.path), detector, weights, film.seconds)
+    return replace(film, detections=points_of(film.path, *found))
 
 
 def _people(film: "Film", person: str | None) -> list[int | None]:
-    """Numbers of everybody whom --person asks for, None for the likeliest; prints who moves and ends for "list"."""
+    """Numbers of everybody whom --person asks for, None for the best seen; prints who is seen and ends for "list"."""
     from motionenv.tracking import find_people
 
     if person is None or person.isdecimal():
@@ -152,12 +157,11 @@ def _people(film: "Film", person: str | None) -> list[int | None]:
         raise MotionError(f"--person must be a number, all or list, got {person!r}")
     found = find_people(film)
     if person == "list":
-        typer.echo("\n".join(str(one) for one in found) or "nothing moves")
+        typer.echo("\n".join(str(one) for one in found) or "nobody is seen for long")
         raise typer.Exit
-    walking = [one.number for one in found if one.points is not None or one.walks >= _WALKS]
-    if not walking:
-        raise MotionError("--person all: nobody seems to walk; --person list says what moves")
-    return list(walking)
+    if not found:
+        raise MotionError("--person all: nobody is seen for long enough to follow")
+    return [one.number for one in found]
 
 
 def _named(out: Path, motion: Path | None, number: int | None, people: list) -> tuple[Path, Path | None]:
@@ -205,16 +209,14 @@ def _made(tracker: str, model: str | None, *, arm: bool = False) -> Callable[...
     return make
 
 
-def _track_video(film: "Film", camera, which, prior, options: dict[str, Any], out: Path, motion_out) -> bool:
+def _track_video(film: "Film", camera, prior, options: dict[str, Any], out: Path, motion_out) -> bool:
     """Track a person in a film, with the given `options` of `track_video`; returns whether the track was lost."""
-    from motionenv.render.cameras import read_camera
     from motionenv.render.video.encode import write_video
     from motionenv.render.video.tracking_film import marked, track_film
     from motionenv.tracking import track_video
 
-    known = None if camera is None else read_camera(camera, which)
     with progress("following", None) as step:
-        found = track_video(film, known, prior=prior, progress=lambda done, total: step(done), **options)
+        found = track_video(film, camera, prior=prior, progress=lambda done, total: step(done), **options)
     poses, skeleton, fps = found.motion.poses, found.motion.skeleton, found.motion.fps
     pictures, seen = _pictures(film, found)
     lost = ~found.followed

@@ -18,7 +18,8 @@ from motionenv.mocap.keypoints.points2d import write_points
 from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
 from motionenv.models.paths import WalkPath
 from motionenv.models.synthesis import synthesize
-from motionenv.render.cameras import fit_view
+from motionenv.render import render
+from motionenv.render.cameras import fit_view, view
 from motionenv.render.video.encode import write_video
 from motionenv.types import MARKERS, Markers, Points
 
@@ -168,11 +169,14 @@ def test_somebody_who_leaves_and_comes_back(run, turning, tmp_path, suffix):
 
 def test_a_film_is_detected_and_what_it_lacks_is_told(run, tmp_path, monkeypatch):
     write_video(tmp_path / "film.mp4", np.full((6, 48, 64, 3), 90, dtype=np.uint8), 30)
-    monkeypatch.setitem(sys.modules, "rtmlib", None)
+    monkeypatch.setitem(sys.modules, "ai_edge_litert.interpreter", None)
+    (tmp_path / "pose_detection.tflite").write_bytes(b"")
+    (tmp_path / "pose_landmark_full.tflite").write_bytes(b"")
     for args, says in (
-        (("film.mp4",), "is missing: pip install 'motionenv[detect]'"),
+        (("film.mp4", "--weights", "."), "is missing: pip install 'motionenv[detect]'"),
         (("film.mp4", "--fps", "30"), "--fps is only for files of points; film.mp4 is a film: omit it"),
-        (("points.csv", "--weights", "a.onnx", "b.onnx"), "--weights is only for films"),
+        (("film.mp4", "--person", "0;3"), "--person must be a number, or those of the parts of one person"),
+        (("points.csv", "--weights", "a.task"), "--weights is only for films"),
         (("none.mp4",), "there is no such file"),
     ):
         result = run("lift", *args, "--out", "walk.bvh")
@@ -281,3 +285,23 @@ def test_arrays_and_tables_of_other_programs(run, turning, tmp_path):
     assert "has 2D points" in run("lift", "walk.npy", "--fps", "30", "--project", "30", "--out", "w.csv").err
     (tmp_path / "walk.h5").write_bytes(b"\x89HDF")
     assert "export CSV" in run("lift", "walk.h5", "--fps", "30", "--out", "w.csv").err
+
+
+@pytest.mark.slow
+def test_a_film_goes_from_pixels_to_a_lifted_walk(run, tmp_path, blazepose):
+    """A rendered walker, whom the camera sees obliquely: what is lifted from the film is near the truth."""
+    made = synthesize("walk/fpca", seconds=2.0, fps=25, seed=22, height=1.75)
+    poses = made.poses - np.eye(25)[0] * made.poses[:, :1].mean()
+    camera = view(0.6, width=640, height=480, distance=5)
+    film = (render(pose, made.skeleton, camera).rgb for pose in poses)
+    write_video(tmp_path / "film.mp4", film, 25)
+    told = {name: getattr(camera, name).tolist() for name in "KRt"} | {"width": camera.width, "height": camera.height}
+    (tmp_path / "camera.json").write_text(json.dumps(told))
+    args = ("--weights", blazepose, "--camera", "camera.json", "--out", "walk.npz")
+    result = run("lift", "film.mp4", *args)
+    assert result.code == 0, result.err
+    assert "film.mp4: 50 frames at 25 fps; blazepose found 1 people, 0: in 50 frames from 0" in result.err
+    found = motionenv.read(tmp_path / "walk.npz")
+    true, got = markers(poses, made.skeleton), markers(found.poses, found.skeleton)
+    off = np.linalg.norm(got - got[:, 2:3] - true + true[:, 2:3], axis=-1)
+    assert np.nanmean(off) < 0.09

@@ -42,6 +42,7 @@ HOME = {
     "platformdirs": {"_core", "models"},
     "pooch": {"mocap"},
     "rtmlib": {"mocap"},
+    "ai_edge_litert": {"mocap"},
     "onnxruntime": {"mocap"},
     "requests": {"mocap"},
     "trimesh": {"body", "render"},
@@ -62,6 +63,7 @@ HOME = {
 
 #: Distributions not called like the module that they bring; pyrender asks for the OpenGL and pyglet that it needs.
 DISTRIBUTION = {
+    "ai_edge_litert": "ai-edge-litert",
     "axe_playwright_python": "axe-playwright-python",
     "PIL": "pillow",
     "OpenGL": "pyrender",
@@ -153,9 +155,9 @@ def declared(*extras: str) -> set[str]:
 @pytest.mark.parametrize(
     ("folder", "extras"),
     [
-        ("motionenv", ("agents", "data", "detect", "plots", "sklearn")),
+        ("motionenv", ("agents", "data", "detect", "plots", "rtmpose", "sklearn")),
         ("service", ()),
-        ("tests", ("test", "agents", "data", "integrations")),
+        ("tests", ("test", "agents", "data", "detect", "integrations")),
         ("benchmarks", ("test", "bench")),
     ],
 )

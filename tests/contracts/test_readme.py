@@ -23,7 +23,9 @@ LINKING = [*PAGES, *(ROOT / path for path in ("benchmarks/RESULTS.md", "renders/
 
 
 @pytest.mark.parametrize("page", [p for p in PAGES if blocks(p, "python") and p.parent.name != "extending"], ids=name)
-def test_python_blocks_run_in_order(page, tmp_path, monkeypatch, capsys):
+def test_python_blocks_run_in_order(page, tmp_path, monkeypatch, capsys, request):
+    if "track_video(" in page.read_text(encoding="utf-8"):
+        request.getfixturevalue("blazepose")
     monkeypatch.chdir(tmp_path)
     names: dict = {"__name__": "__main__"}
     for number, (code, shown) in enumerate((code, shown) for code, shown in examples(page) if SERVICE not in code):

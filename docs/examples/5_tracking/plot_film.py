@@ -2,9 +2,9 @@
 How do I track somebody in a film?
 ==================================
 
-Call `track_video` on a film from a camera that stands still. It estimates the background, finds the walker and the
-first pose, guesses the camera, and follows the silhouette with a particle filter. The body height is optional; without
-it and without a camera, 1.75 m is assumed.
+Call `track_video` on a film from a camera that stands still. It detects people (`pip install 'motionenv[detect]'`),
+estimates the background, guesses the camera, and follows the lifted motion and the silhouette with a particle filter.
+The body height is optional; without it and without a camera, 1.75 m is assumed.
 """
 
 from pathlib import Path
@@ -22,7 +22,7 @@ frames = list(film(walk, width=192, height=144, follow=False))
 with TemporaryDirectory() as folder:
     path = Path(folder, "passing.mp4")
     motionenv.write_video(path, frames, walk.fps)
-    track = track_video(path, height=1.75, particles=300, attempts=1, seed=1)
+    track = track_video(path, height=1.75, particles=300, seed=1)
 
 found = motionenv.markers(track.motion.poses, track.motion.skeleton)
 true = motionenv.markers(walk.poses, walk.skeleton)

@@ -11,6 +11,7 @@ Empty fields and skipped frames are gaps; markers without columns are missing.
 
 import csv
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +47,8 @@ _TALLEST = 10.0  # [m] extent from which a TRC file that says metres has pixels,
 
 def read_points(
     path: str | Path, *, format: str | None = None, fps: float | None = None, unit: str | None = None,
-    person: int | None = None, confidence: float = CONFIDENCE, size: tuple[int, int] | None = None, up: bool = False,
+    person: int | Sequence[int] | None = None, confidence: float = CONFIDENCE, size: tuple[int, int] | None = None,
+    up: bool = False,
 ) -> Points:  # fmt: skip
     """Read the 2D points of a walker: keypoints of a detector, or a table of the 15 markers (.csv).
 
@@ -67,8 +69,8 @@ def read_points(
         fps: frame rate [Hz]; required for keypoints without times, overrides that of a table, TRC or image names.
         unit: "px", or a length unit of `motionenv.mocap.units_axes.METRES`; overrides the unit of a table's columns.
             Keypoints are in pixels.
-        person: which of several people, or of several films or cameras; 0 has the longest and most confident track.
-            None is an error if another is at least a quarter as long.
+        person: which of several people, or of several films or cameras; 0 has the longest and most confident track, and
+            several numbers are parts of one person. None is an error if another is a quarter as long, for its size.
         confidence: least score of a visible keypoint.
         size: width and height of the picture [pixels], for coordinates relative to it, as MediaPipe's and YOLO's.
         up: whether pixels are counted upwards: from the lower edge, if `size` is given.

@@ -1,151 +1,101 @@
-"""Whom to follow: candidates among what moves in a film, what speaks for a walking person, and the choice.
-
-A walker travels steadily (across the picture, or by growing and shrinking), is upright, opens and closes the legs at
-the rhythm of steps, is seen for a while, and is no smaller than what else moves. A logistic regression on these is the
-probability that a mover walks. It was fitted to the development films of `benchmarks/tracking/choosing.py`.
-"""
+"""Whom a film shows, as detections tell, and the choice of whom to follow."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from motionenv.errors import MotionError
-from motionenv.tracking.video.movers import Mover, areas, common_areas
 from motionenv.types import Points
 
-_STEPS = (0.33, 0.8)  # [s] shortest and longest duration of a step
-_DRIFT = 1.0  # [s] over which slow changes of the outline are removed
-_LEGS = 0.4  # lower part of an outline that shows the legs
-_DEPTH = 2.0  # travel in depth per relative growth: that of somebody two heights away; most are farther
-_BRIEF = 0.6  # [s] least duration of a candidate
-_PIECE = 3.0  # [s] longest piece of a film from which evidence is taken, as in the films it was fitted to
-_LEAST_TRAVEL = 0.1  # [heights/s] least of who walks; the slowest of the development films have 0.13
-_SURE = 0.7  # least probability of walking of whom is chosen without being named; those films' wrong ones have less
-#: Weights of log(travel + 0.05), log(jitter + 0.02), log upright, (log upright - 1)², rhythm above 0, log seconds and
-#: log(height / the tallest's), and the constant: logistic regression with a Gaussian penalty.
-_WEIGHTS = np.array([2.32, -1.86, 5.71, -5.42, 2.31, 1.59, 4.69, -5.91])
+_AROUND = np.array([-0.07, 0.07, -0.10, 0.06])  # a body's box beyond its markers', in heights of the latter
+_LEAST_POINTS = 6  # markers of a frame from which it has a box
+_BRIEF, _GAP = 0.6, 1.0  # [s] least duration of a candidate, and most between detections that a box is interpolated
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Something in a film that moves, and what speaks for a walking person.
+    """A person in a film.
 
     Attributes:
-        number: from 1, the likeliest walker first.
-        boxes: (T, 4) first and last column, first and last row [pixels of the film]; NaN where it isn't seen.
+        number: from 1, who is largest, surest and longest in the picture first.
+        boxes: (T, 4) first and last column, first and last row [pixels of the film]; NaN where nobody is seen.
         fps: frame rate of the boxes [Hz].
-        height: of the outline [pixels of the film], the median.
-        travel: [outline heights per second] across the picture and in depth, along the best straight line.
-        jitter: distance from that line [heights].
-        upright: height over width, the median.
-        rhythm: correlation of the legs' opening with itself one step later, from -1 to 1.
-        seconds: for how long it is seen [s].
-        walks: probability that it is a walking person.
-        mover: its outlines.
-        points: of the person, if detections told whom the film shows.
+        points: what was detected.
     """
 
     number: int
     boxes: np.ndarray
     fps: float
-    height: float
-    travel: float
-    jitter: float
-    upright: float
-    rhythm: float
-    seconds: float
-    walks: float
-    mover: Mover
-    points: Points | None = None
+    points: Points
 
     def __repr__(self) -> str:
         return f"Candidate({self})"
 
     def __str__(self) -> str:
-        seen = np.flatnonzero(np.isfinite(self.boxes[:, 0])) / self.fps
+        seen = np.flatnonzero(self.seen) / self.fps
         x, y = np.nanmedian(self.boxes[:, :2].mean(axis=1)), np.nanmedian(self.boxes[:, 2:].mean(axis=1))
-        what = f"walks with probability {self.walks:.2f}" if self.points is None else "detected"
         return (
-            f"{self.number}: {what}; seen from {seen[0]:.1f} to {seen[-1]:.1f} s "
-            f"about ({x:.0f}, {y:.0f}), {self.height:.0f} pixels tall; travels {self.travel:.2f} heights a second; "
-            f"{self.upright:.1f} times as tall as wide; rhythm of steps {self.rhythm:.2f}"
+            f"{self.number}: seen from {seen[0]:.1f} to {seen[-1]:.1f} s about ({x:.0f}, {y:.0f}), "
+            f"{self.height:.0f} pixels tall"
         )
 
+    @property
+    def seen(self) -> np.ndarray:
+        """(T,) whether the person has a box."""
+        return np.isfinite(self.boxes[:, 0])
 
-def evidence(mover: Mover, labels: np.ndarray, fps: float) -> np.ndarray:
-    """Travel, jitter, uprightness, rhythm, duration [s] and height [pixels] (6,) of a `mover`, as in `Candidate`.
+    @property
+    def height(self) -> float:
+        """Height of the box [pixels of the film], the median."""
+        return float(np.nanmedian(self.boxes[:, 3] - self.boxes[:, 2] + 1))
 
-    `labels` (T, height, width) are of the outlines, `fps` is the frame rate [Hz].
+
+def candidates(
+    people: Sequence[Points], fps: float, frames: int, size: tuple[int, int], region=None
+) -> list[Candidate]:
+    """Those of `people` who are in a film of so many `frames` at `fps` [Hz] for long enough, best seen first.
+
+    `size` is the film's width and height [pixels], and `region` (x, y, width, height) where the middle of a person must
+    be, at least half of the time; None is everywhere.
     """
-    frames = np.flatnonzero(mover.seen & ~mover.merged)
-    frames = frames if len(frames) > 2 else np.flatnonzero(mover.seen)
-    boxes, time = mover.boxes[frames], frames / fps
-    tall, wide = boxes[:, 3] - boxes[:, 2] + 1, boxes[:, 1] - boxes[:, 0] + 1
-    height = float(np.median(tall))
-    path = np.column_stack([boxes[:, :2].mean(axis=1) / height, boxes[:, 2:].mean(axis=1) / height, np.log(tall)])
-    line = np.column_stack([np.ones(len(time)), time])
-    slope, jitter = np.zeros(3), 0.0
-    if len(frames) > 2:
-        fitted = np.linalg.lstsq(line, path, rcond=None)[0]
-        slope, jitter = fitted[1] * [1, 1, _DEPTH], float(np.sqrt(((path - line @ fitted) ** 2).sum(axis=1).mean()))
-    upright, seconds = float(np.median(tall / wide)), len(frames) / fps
-    return np.array([np.linalg.norm(slope), jitter, upright, _rhythm(mover, labels, fps), seconds, height])
-
-
-def _rhythm(mover: Mover, labels: np.ndarray, fps: float) -> float:
-    """Greatest autocorrelation of the legs' opening at the duration of a step; 0 if seen for less than two steps."""
-    from scipy.ndimage import uniform_filter1d
-
-    opening = np.full(len(labels), np.nan)
-    for t in np.flatnonzero(mover.seen & ~mover.merged).tolist():
-        c0, c1, r0, r1 = mover.boxes[t].astype(int)
-        from_row = round(r1 - _LEGS * (r1 - r0))
-        columns = np.nonzero(np.isin(labels[t, from_row : r1 + 1, c0 : c1 + 1], mover.parts[t]))[1]
-        if len(columns):
-            opening[t] = columns.std() / (r1 - r0 + 1)
-    known = np.flatnonzero(np.isfinite(opening))
-    if len(known) < 2 * _STEPS[1] * fps:
-        return 0.0
-    signal = np.interp(np.arange(known[0], known[-1] + 1), known, opening[known])
-    signal = signal - uniform_filter1d(signal, max(3, round(_DRIFT * fps)), mode="nearest")
-    lags = range(max(1, int(_STEPS[0] * fps)), int(_STEPS[1] * fps) + 1)
-    values = [_correlation(signal[lag:], signal[:-lag]) for lag in lags]
-    return max(values)
-
-
-def _correlation(one: np.ndarray, other: np.ndarray) -> float:
-    size = np.sqrt((one**2).sum() * (other**2).sum())
-    return float((one * other).sum() / size) if size > 1e-12 else 0.0
-
-
-def candidates(movers: Sequence[Mover], labels: np.ndarray, fps: float, scale: float = 1.0) -> list[Candidate]:
-    """Those of `movers` that are seen for long enough, the likeliest walker first.
-
-    `labels` (T, height, width) are of the outlines at `fps` [Hz]; `scale` is pixels of the film per pixel of these.
-    """
-    long = [m for m in movers if m.seen.sum() >= _BRIEF * fps]
-    pieces = [[evidence(p, labels, fps) for p in _pieces(m, fps)] for m in long]
-    tallest = max((e[5] for piece in pieces for e in piece), default=1.0)
     found = []
-    for mover, piece in zip(long, pieces, strict=True):
-        odds = [_log_odds(e, tallest) for e in piece]
-        best = piece[int(np.argmax(odds))]
-        boxes = (mover.boxes + 0.5) * scale - 0.5
-        walks = float(1 / (1 + np.exp(-max(odds))))
-        travel, jitter, upright, rhythm, _, height = best.tolist()
-        seconds = float(mover.seen.sum()) / fps
-        shape = (height * scale, travel, jitter, upright, rhythm)
-        found.append(Candidate(0, boxes, fps, *shape, seconds, walks, mover))
-    found.sort(key=lambda c: -c.walks)
-    return [replace(c, number=i) for i, c in enumerate(found, 1)]
+    for points in people:
+        boxes = _bridged(boxes_of(at_frames(points.positions, points.fps, fps, frames)), round(_GAP * fps))
+        boxes = np.clip(boxes, 0, np.repeat(size, 2) - 1.0)
+        seen = np.isfinite(boxes[:, 0])
+        if seen.sum() >= _BRIEF * fps and _inside(boxes[seen], region):
+            found.append(Candidate(0, boxes, fps, points))
+    found.sort(key=_presence, reverse=True)
+    return [replace(one, number=i) for i, one in enumerate(found, 1)]
+
+
+def at_frames(values: np.ndarray, fps: float, seen_fps: float, frames: int) -> np.ndarray:
+    """Values (n, ...) at `fps` [Hz] at the moments of `frames` frames at `seen_fps` [Hz]; NaN after the last."""
+    nearest = np.round(np.arange(frames) * fps / seen_fps).astype(int)
+    out = np.asarray(values, dtype=float)[np.minimum(nearest, len(values) - 1)].copy()
+    out[nearest >= len(values)] = np.nan
+    return out
+
+
+def boxes_of(points: np.ndarray) -> np.ndarray:
+    """Boxes (T, 4) around the bodies of points (T, 15, 2): first and last column, first and last row; NaN without."""
+    known = np.isfinite(points[..., 0])
+    low = np.where(known[..., None], points, np.inf).min(axis=1)
+    high = np.where(known[..., None], points, -np.inf).max(axis=1)
+    tall = (high - low)[:, 1:]
+    boxes = np.stack([low[:, 0], high[:, 0], low[:, 1], high[:, 1]], axis=1)
+    boxes[known.sum(axis=1) < _LEAST_POINTS] = np.nan
+    with np.errstate(invalid="ignore"):
+        return boxes + _AROUND * tall
 
 
 def chosen(
     found: Sequence[Candidate], *, person: int | None = None, box: Sequence[float] | None = None,
     point: Sequence[float] | None = None, at: float | None = None,
 ) -> Candidate:  # fmt: skip
-    """The candidate of `found` that is asked for, or the likeliest walker.
+    """The candidate of `found` that is asked for, or the first.
 
     Args:
         person: its number.
@@ -153,62 +103,68 @@ def chosen(
         at: [s] the moment of `box` or `point`; None is any.
 
     Raises:
-        MotionError: nobody walks, or nothing is where it's asked for.
+        MotionError: nobody is there, or nobody where it's asked for.
     """
     if not found:
-        raise MotionError(f"no foreground: nothing of a person's size moves for {_BRIEF} s; the camera must be static")
+        raise MotionError(f"nobody is detected for {_BRIEF} s: there is nobody to follow")
     listed = " | ".join(str(c) for c in found[:4])
     if person is not None:
         if not 1 <= person <= len(found):
-            raise MotionError(
-                f"person must be from 1 to {len(found)}, the number of candidates, got {person}: {listed}"
-            )
+            raise MotionError(f"person must be from 1 to {len(found)}, the number of people, got {person}: {listed}")
         return found[person - 1]
     if box is None and point is None:
-        if found[0].walks < _SURE and found[0].points is None:
-            raise MotionError(
-                f"nobody seems to walk; choose whom to follow by person, box or point. What moves: {listed}"
-            )
         return found[0]
     score = [float(np.nanmax(_matched(c, box, point, at), initial=0.0)) for c in found]
     if max(score) <= 0:
-        raise MotionError(f"nothing moves at {'box' if box is not None else 'point'}; what moves: {listed}")
+        raise MotionError(f"nobody is at {'box' if box is not None else 'point'}; who is seen: {listed}")
     return found[int(np.argmax(score))]
 
 
-def _matched(one: Candidate, box, point, at: float | None) -> np.ndarray:
-    """How well a candidate fits a box or point, in all frames or at a moment: overlap, or nearness to its middle.
+def areas(boxes: np.ndarray) -> np.ndarray:
+    """Areas (n,) [pixels] of `boxes` (n, 4): first and last column, first and last row."""
+    return (boxes[:, 1] - boxes[:, 0] + 1) * (boxes[:, 3] - boxes[:, 2] + 1)
 
-    While it isn't seen, because it's hidden or one with another outline, its box is between those before and after.
-    """
-    boxes, frames = one.boxes, np.arange(len(one.boxes))
-    alone = np.flatnonzero(one.mover.seen & ~one.mover.merged)
-    if len(alone):
-        between = np.stack([np.interp(frames, alone, b[alone], np.nan, np.nan) for b in one.boxes.T], axis=1)
-        boxes = np.where(np.isfinite(between), between, one.boxes)
-    boxes = boxes if at is None else boxes[round(at * one.fps) :][:1]
+
+def common_areas(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Areas (n,) [pixels] common to boxes `one` (n, 4) and `other` (n, 4), or (1, 4)."""
+    low, high = np.maximum(one, other), np.minimum(one, other)
+    return np.prod(np.maximum(high[:, 1::2] - low[:, ::2] + 1, 0), axis=1)
+
+
+def _bridged(boxes: np.ndarray, most: int) -> np.ndarray:
+    """Boxes (T, 4), interpolated over gaps of at most so many frames."""
+    known = np.flatnonzero(np.isfinite(boxes[:, 0]))
+    out = boxes.copy()
+    for a, b in pairwise(known):
+        if b - a - 1 <= most:
+            out[a:b] = boxes[a] + (boxes[b] - boxes[a]) * (np.arange(b - a) / (b - a))[:, None]
+    return out
+
+
+def _inside(boxes: np.ndarray, region) -> bool:
+    if region is None:
+        return True
+    x, y, wide, tall = region
+    across, down = boxes[:, :2].mean(axis=1) - x, boxes[:, 2:].mean(axis=1) - y
+    return bool(np.mean((across >= 0) & (across <= wide) & (down >= 0) & (down <= tall)) >= 0.5)
+
+
+def _presence(one: Candidate) -> float:
+    """Heights of a person in the picture, weighted by the confidence of their points and summed over frames."""
+    points = one.points
+    boxes, seen = boxes_of(points.positions), np.isfinite(points.positions[..., 0])
+    sure = seen if points.confidence is None else seen * points.confidence
+    return float(np.nansum((boxes[:, 3] - boxes[:, 2]) * sure.sum(axis=1)))
+
+
+def _matched(one: Candidate, box, point, at: float | None) -> np.ndarray:
+    """How well a candidate fits a box or point, in all frames or at a moment: overlap, or nearness to its middle."""
+    boxes = one.boxes if at is None else one.boxes[round(at * one.fps) :][:1]
     if box is not None:
         x, y, wide, tall = box
         asked = np.array([[x, x + wide - 1, y, y + tall - 1]])
-        common = common_areas(boxes, asked)[:, 0]
+        common = common_areas(boxes, asked)
         return common / (areas(boxes) + areas(asked) - common)
     size = np.maximum(boxes[:, 1::2] - boxes[:, ::2], 1)
     off = np.abs(np.asarray(point) - (boxes[:, ::2] + boxes[:, 1::2]) / 2) / size
     return np.where((off <= 0.5).all(axis=1), 1.5 - off.sum(axis=1), 0.0)
-
-
-def _pieces(mover: Mover, fps: float) -> list[Mover]:
-    first, last = np.flatnonzero(mover.seen)[[0, -1]]
-    long, frames = round(_PIECE * fps), np.arange(len(mover.boxes))
-    starts = range(first, max(first + 1, last + 2 - long), max(1, long // 2))
-    inside = [(frames >= s) & (frames < s + long) & mover.seen for s in starts]
-    return [replace(mover, boxes=np.where(i[:, None], mover.boxes, np.nan)) for i in inside if i.sum() >= _BRIEF * fps]
-
-
-def _log_odds(found: np.ndarray, tallest: float) -> float:
-    travel, jitter, upright, rhythm, seconds, height = found
-    terms = [
-        np.log(travel + 0.05), np.log(jitter + 0.02), np.log(upright), (np.log(upright) - 1) ** 2, max(rhythm, 0.0),
-        np.log(seconds), np.log(height / tallest), 1.0,
-    ]  # fmt: skip
-    return float(_WEIGHTS @ terms) if travel >= _LEAST_TRAVEL else -np.inf

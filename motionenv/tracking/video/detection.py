@@ -19,8 +19,6 @@ _GAIT = 0.04  # standard deviation of an outline's lower end, relative to its he
 _FRAMES, _ROUNDS = 10, 5  # and the number of rounds in which outliers lose their weight
 _LEAST_PERSON, _USUAL_PERSON, _MOST_PERSON = 1.0, 1.75, 2.3  # [m]
 _STEADY = 5  # least number of consecutive frames
-_WHOLE = 0.85  # least height of a complete outline, relative to the typical one
-_SOON, _STEP = 0.5, 0.08  # a walker moves at least _STEP body heights in _SOON seconds
 
 
 def span(boxes: np.ndarray, width: int) -> tuple[int, int]:
@@ -41,19 +39,6 @@ def span(boxes: np.ndarray, width: int) -> tuple[int, int]:
             "or choose somebody else by person, box or point"
         )
     return int(starts[0]), int(np.flatnonzero(whole)[-1]) + 1
-
-
-def departure_frame(boxes: np.ndarray, fps: float) -> int:
-    """First frame, at `fps` [Hz], from which a completely visible person walks; 0 if there is none.
-
-    `boxes` (T, 4) are as of `span`; `fps` is the frame rate [Hz].
-    """
-    tall = boxes[:, 3] - boxes[:, 2]
-    soon = max(1, round(_SOON * fps))
-    middle = boxes[:, :2].mean(axis=-1)
-    moved = np.abs(middle[soon:] - middle[:-soon])  # NaN where a box is missing, which compares as False
-    walks = (moved > _STEP * np.nanmedian(tall)) & (tall > _WHOLE * np.nanmedian(tall))[:-soon]
-    return int(np.argmax(walks)) if walks.any() else 0
 
 
 def side_camera(boxes: np.ndarray, skeleton: Skeleton, width: int, height: int) -> Camera:

@@ -1,4 +1,4 @@
-"""A film, and two looks at it: a small one at what moves in it, and one cropped to the way of whom to follow."""
+"""A film, and two looks at it: at whom it shows, by detections, and one cropped to the way of whom to follow."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -11,21 +11,22 @@ from motionenv._core.validation import checked_fps, checked_number
 from motionenv.errors import FormatError, MotionError
 from motionenv.lifting import camera_motion
 from motionenv.likelihoods.background import picture
+from motionenv.mocap.keypoints.detector import detect_people, detector
+from motionenv.mocap.keypoints.points2d import points_of, read_people
 from motionenv.render.video.decode import VideoInfo, narrowed, read_frames, video_info
-from motionenv.tracking.video.candidates import Candidate, candidates
+from motionenv.tracking.video.candidates import Candidate, areas, candidates, common_areas
 from motionenv.tracking.video.detection import resized
 from motionenv.tracking.video.foreground import FilmBackground
-from motionenv.tracking.video.movers import components, linked, window
 from motionenv.types import Camera, Points
 
 _SIDE = 256  # [pixels] longer side of the images of the first look
 _TALL = 90.0  # [pixels] desired height of the person in the second
 _MOST_PIXELS = 1.2e8  # most pixels of the whole second look
 _BESIDE = 0.6  # space around the person's way, in heights
+_MARGIN = 0.15  # space around a person's box in which the outline is looked for, in its heights
+_SHARED = 0.1  # part of a person's box that is also somebody else's, from which outlines are taken for one
 _MOST_FPS = 31.0  # videos with a higher rate are decimated by a whole number
 _LOOKED, _SHAKES = 0.1, 0.3  # [s] between frames that tell of the camera; [degrees] by which it may turn
-_BINS = 8  # of each colour channel
-COLOURS = _BINS**3  # bins of a histogram
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +41,11 @@ class Film:
         background: video, or at least three images uint8 (T, h, w, 3) with the video's aspect ratio, of the same view
             without the person. None estimates it from the video, correctly where the person stands in fewer than half
             of the frames.
-        region: (x, y, width, height) [pixels of the film] outside of which nothing is looked at; None is everywhere.
+        region: (x, y, width, height) [pixels of the film] of whom to look for; None is everywhere.
         detections: 2D keypoints of everybody in the film, with a frame for each of the film's: a detector's file or
-            folder as of `motionenv.read_points`, or Points in the film's pixels, one for each person. They choose whom
-            to follow, best and largest seen first, and which side is left; the motion lifted from them guides the
-            tracker (`motionenv.tracking.video.guide`). Where they end, silhouettes go on.
+            folder as of `motionenv.read_points`, or Points in the film's pixels, one for each person. None detects
+            them, by `motionenv.mocap.keypoints.detector`. They tell whom to follow, who is largest and surest first,
+            and which side is left; the motion lifted from them guides the tracker (`motionenv.tracking.video.guide`).
 
     Raises:
         MotionError: a number out of range.
@@ -84,14 +85,14 @@ class Survey:
     """What a first look at a `film` found: its `info`, and at the rate `fps` [Hz] the following.
 
     Attributes:
-        labels: of the outlines (T, height, width).
-        found: candidates, the likeliest walker first.
+        frames: how many there are.
+        found: people, best seen first.
     """
 
     film: Film
     info: VideoInfo
     fps: float
-    labels: np.ndarray
+    frames: int
     found: list[Candidate]
 
 
@@ -102,15 +103,13 @@ class Look:
     Attributes:
         camera: of the crop.
         foreground: probabilities (T, height, width), 0 where others are.
-        colours: of `colour_bins` (T, height, width).
         boxes: (T, 4) of the person [pixels of the crop], as of `Candidate`.
-        merged: (T,) bool, whether the outline is also somebody else's.
+        merged: (T,) bool, whether the outline may be one with somebody else's.
     """
 
     fps: float
     camera: Camera
     foreground: np.ndarray
-    colours: np.ndarray
     boxes: np.ndarray
     merged: np.ndarray
 
@@ -125,11 +124,11 @@ def check_area(name: str, values: Sequence[float] | None, what: str) -> None:
 
 
 def survey(film: Film) -> Survey:
-    """Look at what moves in a `film`.
+    """Look at whom a `film` shows.
 
     Raises:
-        FormatError: not a video, or a damaged one.
-        MotionError: the camera moves, or the region is outside the picture.
+        FormatError: not a video, a damaged one, or one that shows nobody.
+        MotionError: the camera moves, no detector, or no Points in pixels.
     """
     info = video_info(film.path)
     fps = info.fps / np.ceil(info.fps / _MOST_FPS) if film.fps is None else float(film.fps)
@@ -138,10 +137,23 @@ def survey(film: Film) -> Survey:
     if len(frames) < 3:
         raise FormatError(film.path, f"holds {len(frames)} frames at {fps:.4g} fps, too few to track a person")
     refuse_moving(frames, fps)
-    background, scale = film.model(frames, fps, width), info.width / width
-    allowed = _inside(film.region, frames[0].shape[:2], scale)
-    labels = np.stack([components(background.foreground(f) * allowed) for f in frames])
-    return Survey(film, info, fps, labels, candidates(linked(labels, fps), labels, fps, scale))
+    film.model(frames, fps, width).foreground(frames[0])  # refuses a background of another shape
+    found = candidates(_people(film, info), fps, len(frames), (info.width, info.height), film.region)
+    return Survey(film, info, fps, len(frames), found)
+
+
+def _people(film: Film, info: VideoInfo) -> list[Points]:
+    """Everybody whom the detections of a film show, or the detector sees."""
+    given = film.detections
+    if given is None:
+        tracks, frames = detect_people(read_frames(film.path, seconds=film.seconds), detector(), name=str(film.path))
+        return points_of(film.path, tracks, frames, info.fps)
+    if isinstance(given, str | Path):
+        return read_people(given, info.fps, (info.width, info.height))
+    people = [given] if isinstance(given, Points) else list(given)
+    if not people or not all(isinstance(p, Points) and p.unit == "px" for p in people):
+        raise MotionError("detections must be a file, or Points in the film's pixels, one for each person")
+    return people
 
 
 def refuse_moving(frames: Sequence[np.ndarray], fps: float) -> None:
@@ -169,34 +181,27 @@ def look(at: Survey, who: Candidate, frames: slice, whole: Camera) -> Look:
     cut = (slice(corner[1], end[1]), slice(corner[0], end[0]))
     pictures = [f[cut] for f in at.film.frames(at.fps, width)]
     background = at.film.model(pictures, at.fps, width, cut)
-    allowed = window(at.labels, who.mover, [c.mover for c in at.found])[frames]
-    rows, columns = (
-        np.minimum(((np.arange(s.start, s.stop) + 0.5) * n / total).astype(int), n - 1)
-        for s, n, total in zip(cut, allowed.shape[1:], size[::-1], strict=True)
-    )
-    mine = [background.foreground(f) * a[np.ix_(rows, columns)] for f, a in zip(pictures[frames], allowed, strict=True)]
-    colours = np.stack([colour_bins(f).astype(np.uint16) for f in pictures[frames]])
+    others = [c.boxes[frames] for c in at.found if c is not who]
+    mine = [background.foreground(f) for f in pictures[frames]]
+    rows, columns = ((np.arange(s.start, s.stop) + 0.5) / scale - 0.5 for s in cut)
+    for t, foreground in enumerate(mine):
+        foreground *= _window(boxes[t], [b[t] for b in others], rows, columns)
+    shared = np.reshape([common_areas(boxes, b) / areas(boxes) for b in others], (-1, len(boxes)))
+    merged = np.any(shared > _SHARED, axis=0, keepdims=True)[0]
     camera = resized(whole, *size)
     K = camera.K.copy()
     K[:2, 2] -= corner
     camera = Camera(K, camera.R, camera.t, *(end - corner).tolist())
     boxes = (boxes + 0.5) * scale - 0.5 - np.repeat(corner, 2)
-    return Look(at.fps, camera, np.stack(mine).astype(np.float32), colours, boxes, who.mover.merged[frames])
+    return Look(at.fps, camera, np.stack(mine).astype(np.float32), boxes, merged)
 
 
-def colour_bins(rgb: np.ndarray) -> np.ndarray:
-    """Histogram bin (height, width), below `COLOURS`, of each pixel of `rgb`, uint8 (height, width, 3)."""
-    r, g, b = np.moveaxis(rgb.astype(np.int64) * _BINS // 256, -1, 0)
-    return (r * _BINS + g) * _BINS + b
-
-
-def _inside(region, shape: tuple[int, int], scale: float) -> np.ndarray:
-    """1 (height, width) inside a region of the film, given in its pixels, and 0 outside."""
-    if region is None:
-        return np.ones(shape)
-    x, y, wide, tall = (float(v) / scale for v in region)
-    rows, columns = np.mgrid[: shape[0], : shape[1]] + 0.5
-    inside = (columns > x) & (columns < x + wide) & (rows > y) & (rows < y + tall)
-    if not inside.any():
-        raise MotionError(f"region must be x, y, width, height inside the picture, got {tuple(region)}")
-    return inside.astype(float)
+def _window(box: np.ndarray, others: Sequence[np.ndarray], rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Where (rows, columns) somebody can be seen: near the own box (4,), and not in another's one only."""
+    space = _MARGIN * (box[3] - box[2]) + 1
+    within = lambda b, beyond: (
+        (rows[:, None] >= b[2] - beyond) & (rows[:, None] <= b[3] + beyond)
+        & (columns >= b[0] - beyond) & (columns <= b[1] + beyond)
+    )  # fmt: skip
+    theirs = np.any([within(other, 0.0) for other in others], axis=0) if others else False
+    return within(box, space) & (within(box, 0.0) | ~np.asarray(theirs))

@@ -1,6 +1,6 @@
 """Track a person in a real video, without ground truth: `track_video`.
 
-    video → who moves → whom to follow → camera (if unknown) → start → filter, forwards and backwards → verdict
+    video → detections → whom to follow → camera (if unknown) → lifted motion, which guides → filter → verdict
 
 The camera must be static. Poses are NaN where the person isn't wholly in the picture, and where the track is lost.
 """
@@ -20,12 +20,12 @@ from motionenv.tracking.particle_filter import check_filter
 from motionenv.tracking.priors.base import Prior
 from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.tracking.video.candidates import Candidate, chosen
-from motionenv.tracking.video.detection import departure_frame, resized, side_camera, span, standing_height
-from motionenv.tracking.video.guide import Guide, detected, disagreement, lifted, people_of
-from motionenv.tracking.video.multi_start import MultiStart
+from motionenv.tracking.video.detection import resized, side_camera, span, standing_height
+from motionenv.tracking.video.follower import Follower
+from motionenv.tracking.video.guide import Guide, disagreement, lifted
 from motionenv.tracking.video.survey import Film, Look, Survey, check_area, look, survey
 from motionenv.tracking.video.verdict import ABSENT, FOLLOWED, Lost, losses, verdict
-from motionenv.types import Camera, Motion, Skeleton
+from motionenv.types import Camera, Motion, Points, Skeleton
 
 _USUAL = 1.75  # [m] default body height
 _MISSES, _ALARMS = 0.25, 0.1  # miss and false-alarm rates: the foreground of videos has holes and clutter
@@ -47,7 +47,7 @@ class VideoTrack:
         camera: given or guessed, for the video's own image size.
         guessed: whether the camera is a guess; lengths are then relative to the assumed height.
         reasons: (T,) why a frame isn't followed, numbers of `motionenv.tracking.video.verdict.REASONS`.
-        person: who was followed, and what speaks for a walking person.
+        person: who was followed.
     """
 
     motion: Motion
@@ -82,7 +82,7 @@ class VideoTrack:
 def track_video(
     film: Film | str | Path, camera: Camera | None = None, *, height: float | None = None, person: int | None = None,
     box: Sequence[float] | None = None, point: Sequence[float] | None = None, at: float | None = None,
-    prior: MakePrior | None = None, particles: int = 2000, layers: int = 2, attempts: int = 4, smooth: bool = False,
+    prior: MakePrior | None = None, particles: int = 2000, layers: int = 2, smooth: bool = False,
     seed: int | np.random.Generator | None = None, threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> VideoTrack:  # fmt: skip
@@ -91,17 +91,14 @@ def track_video(
     Args:
         film: a `Film`, or the path of a video.
         camera: static camera of the film, with the ground at z = 0; None guesses a camera at the side.
-        height: body height [m]; None estimates it if the camera is known, and assumes 1.75 m otherwise.
-        person: number of whom to follow in `find_people`; None, without `box` and `point`, is the likeliest walker.
+        height: body height [m]; None takes that which the detected points tell.
+        person: number of whom to follow in `find_people`; None, without `box` and `point`, is the best seen.
         box: (x, y, width, height) [pixels of the film] around whom to follow, in some frame.
         point: (x, y) [pixels of the film] on whom to follow, in some frame.
         at: moment of `box` or `point` [s]; None is any.
         prior: makes the prior of a body and a rate; None uses the `FPCAPrior`.
         particles: number of particles of the filter.
         layers: annealing layers.
-        attempts: number of tracks of the whole film, of which the best is returned. Every second one starts from a
-            mirror image, see `motionenv.tracking.video.multi_start`. With detections, which tell the sides, 1 is enough
-            and more aren't made.
         smooth: whether all frames tell the pose in each, not only those before it: `ParticleFilter.smoothed`. Where
             detections lead, it changes nothing.
         seed: int or Generator.
@@ -110,56 +107,47 @@ def track_video(
 
     Raises:
         FormatError: not a video, or a damaged one.
-        MotionError: nobody walks, a moving camera, a known camera that contradicts the picture, or an argument out of
-            range.
+        MotionError: nobody is seen, a moving camera, a known camera that contradicts the picture, no detector, or an
+            argument out of range.
     """
-    attempts = checked_whole(attempts, "attempts", 1)
     check_filter(particles, layers=layers)
     _check_choice(person, box, point, at)
     precompile("film")
     skeleton, rng = from_height(_USUAL if height is None else height), random_generator(seed)
-    seen = _surveyed(film)
+    seen = survey(film if isinstance(film, Film) else Film(film))
     who, size = chosen(seen.found, person=person, box=box, point=point, at=at), (seen.info.width, seen.info.height)
     frames = slice(*span(who.boxes, size[0]))
     whole = side_camera(who.boxes[frames], skeleton, *size) if camera is None else resized(camera, *size)
-    guide = None if who.points is None else lifted(who.points, whole, seen, height, frames)
-    if guide is not None:
-        skeleton, attempts = guide.skeleton, 1
-    elif camera is not None and height is None:
-        skeleton = from_height(standing_height(who.boxes[frames], whole))
+    if camera is not None and height is None:
+        standing_height(who.boxes[frames], whole)  # refuses cameras that can't be
+    guide, frames = _guide(who.points, whole, seen, height, frames)
     close = look(seen, who, frames, whole)
-    made = FPCAPrior(skeleton=skeleton, fps=seen.fps) if prior is None else prior(skeleton, seen.fps)
-    follower = _follower(close, made, guide, particles, layers, smooth, threads, rng)
-    total = attempts * len(close.foreground)
-    best = follower.best(attempts, lambda done: None if progress is None else progress(done, total))
-    reasons = np.full(len(seen.labels), ABSENT)
-    off = None if guide is None else disagreement(best.poses, guide, whole)
-    reasons[frames] = verdict(best.poses, best.overlap, who.mover.seen[frames], seen.fps, off)
+    made = FPCAPrior(skeleton=guide.skeleton, fps=seen.fps) if prior is None else prior(guide.skeleton, seen.fps)
+    likelihood = _likelihood(close, made.skeleton, threads)
+    total = len(close.foreground)
+    found = Follower(made, likelihood, close, guide, particles, layers, rng, smooth).followed(
+        lambda done: None if progress is None else progress(done, total)
+    )
+    reasons = np.full(seen.frames, ABSENT)
+    off = disagreement(found.poses, guide, whole)
+    reasons[frames] = verdict(found.poses, found.overlap, who.seen[frames], seen.fps, off)
     held, present = reasons == FOLLOWED, reasons != ABSENT
     return VideoTrack(
-        motion=Motion(_spread(best.poses, held, frames), skeleton, seen.fps, f"{seen.film.path}"),
-        particles=_spread(best.particles, held, frames), effective=_spread(best.effective, held, frames),
-        overlap=_spread(best.overlap, present, frames), expected=_spread(best.poses, present, frames), camera=whole,
+        motion=Motion(_spread(found.poses, held, frames), guide.skeleton, seen.fps, f"{seen.film.path}"),
+        particles=_spread(found.particles, held, frames), effective=_spread(found.effective, held, frames),
+        overlap=_spread(found.overlap, present, frames), expected=_spread(found.poses, present, frames), camera=whole,
         guessed=camera is None, reasons=reasons, person=who,
     )  # fmt: skip
 
 
 def find_people(film: Film | str | Path) -> list[Candidate]:
-    """What moves in a `film`, or whom its detections show, the likeliest walking person first.
-
-    `track_video` takes the number as `person`.
+    """Whom the detections of a `film` show, best seen first; `track_video` takes the number as `person`.
 
     Raises:
-        FormatError: not a video, or a damaged one.
-        MotionError: the camera moves, or an argument out of range.
+        FormatError: not a video, a damaged one, or one that shows nobody.
+        MotionError: the camera moves, no detector, or an argument out of range.
     """
-    return _surveyed(film).found
-
-
-def _surveyed(film: Film | str | Path) -> Survey:
-    """The first look at a film; its detections, if there are any, say who is in it."""
-    seen = survey(film if isinstance(film, Film) else Film(film))
-    return seen if seen.film.detections is None else replace(seen, found=detected(people_of(seen), seen))
+    return survey(film if isinstance(film, Film) else Film(film)).found
 
 
 def _check_choice(person, box, point, at) -> None:
@@ -176,22 +164,23 @@ def _check_choice(person, box, point, at) -> None:
     check_area("point", point, "x, y")
 
 
-def _follower(
-    close: Look, prior: Prior, guide: Guide | None, particles: int, layers: int, smooth: bool, threads, rng
-) -> MultiStart:
-    skeleton, camera, boxes = prior.skeleton, close.camera, close.boxes
-    focal = np.sqrt(abs(np.linalg.det(camera.K[:2, :2])))
-    far = float(focal * skeleton.height / np.nanmedian(boxes[:, 3] - boxes[:, 2]))
-    likelihood = SilhouetteLikelihood(
-        camera, skeleton, misses=_MISSES, false_alarms=_ALARMS, distance=far, threads=threads
+def _guide(points: Points, camera: Camera, seen: Survey, height: float | None, frames: slice) -> tuple[Guide, slice]:
+    """What a person's points tell, and those of the frames from the first to the last pose that they do."""
+    guide = lifted(points, camera, seen, height, frames)
+    known = np.flatnonzero(guide.known)
+    if not len(known):
+        raise MotionError(f"the detected points in frames {frames.start} to {frames.stop - 1} tell no pose")
+    inner = slice(known[0], known[-1] + 1)
+    guide = replace(guide, poses=guide.poses[inner], points=guide.points[inner])
+    return guide, slice(frames.start + inner.start, frames.start + inner.stop)
+
+
+def _likelihood(close: Look, skeleton: Skeleton, threads: int | None) -> SilhouetteLikelihood:
+    focal = np.sqrt(abs(np.linalg.det(close.camera.K[:2, :2])))
+    far = float(focal * skeleton.height / np.nanmedian(close.boxes[:, 3] - close.boxes[:, 2]))
+    return SilhouetteLikelihood(
+        close.camera, skeleton, misses=_MISSES, false_alarms=_ALARMS, distance=far, threads=threads
     )
-    back: Prior = FPCAPrior(skeleton=skeleton, fps=prior.fps, backwards=True)
-    if guide is not None and guide.known.any():
-        begin = int(np.argmax(guide.known))
-    else:
-        alone = np.where(close.merged[:, None], np.nan, boxes)
-        begin = departure_frame(alone if np.isfinite(alone).any() else boxes, prior.fps)
-    return MultiStart(prior, back, likelihood, close, begin, particles, layers, rng, guide, smooth)
 
 
 def _spread(part: np.ndarray, where: np.ndarray, frames: slice) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Detection of people by RTMLib, run for real on models so small that they are made here: they find coloured dots."""
+"""RTMPose by RTMLib, run for real on models so small that they are made here: they find coloured dots."""
 
 import sys
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.keypoints.detector import detect_people
+from motionenv.mocap.keypoints.detector import detect_people, detector
 from motionenv.mocap.keypoints.points2d import points_of
 from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
 from motionenv.types import MARKERS
@@ -37,8 +37,8 @@ def weights(tmp_path_factory):
     the brightest green.
     """
     folder = tmp_path_factory.mktemp("weights")
-    people = saved(
-        folder / "people.onnx",
+    saved(
+        folder / "yolox.onnx",
         [
             helper.make_node("ReduceMax", ["picture"], ["most"], axes=[1, 2, 3], keepdims=1),
             helper.make_node("Greater", ["most", "bright"], ["is"]),
@@ -59,12 +59,12 @@ def weights(tmp_path_factory):
             helper.make_node("Gather", [f"most_{axis}", "parts"], [f"part_{axis}"], axis=1),
             helper.make_node("Resize", [f"part_{axis}", "", "twice"], [axis], mode="nearest"),
         ]
-    pose = saved(
+    saved(
         folder / "pose.onnx", nodes, [("picture", [1, 3, TALL, WIDE])],
         [("x", [1, 26, 2 * WIDE]), ("y", [1, 26, 2 * TALL])],
         {"parts": np.int64(parts), "twice": np.float32([1, 1, 2])},
     )  # fmt: skip
-    return people, pose
+    return folder
 
 
 DOTS = {"head": (30, 14, 2), "pelvis": (34, 40, 1), "left_ankle": (40, 70, 0)}  # column, row, channel of RGB
@@ -83,7 +83,7 @@ def film(frames: int) -> list[np.ndarray]:
 
 def test_every_keypoint_is_where_the_models_see_it_in_the_films_pixels(weights, capsys):
     told = []
-    tracks, frames = detect_people(film(7), weights=weights, on_progress=told.append)
+    tracks, frames = detect_people(film(7), detector("rtmpose", weights), on_progress=told.append)
     assert (frames, told, len(tracks)) == (7, list(range(1, 8)), 1)
     assert sorted(tracks[0]) == [0, 1, 2, 4, 5, 6]  # not the whole picture where the detector sees nobody
     assert tracks[0][0].shape == (26, 3)
@@ -97,23 +97,26 @@ def test_every_keypoint_is_where_the_models_see_it_in_the_films_pixels(weights, 
 
 
 def test_an_empty_film_and_weights_of_nothing(weights, tmp_path):
+    dark, seen_by = [np.zeros((96, 96, 3), dtype=np.uint8)] * 2, detector("rtmpose", weights)
     with pytest.raises(FormatError, match="nobody in 2 frames"):
-        detect_people([np.zeros((96, 96, 3), dtype=np.uint8)] * 2, weights=weights, name="dark.mp4")
-    (tmp_path / "text.onnx").write_text("no model")
-    for wrong in ("text.onnx", "missing.onnx"):
-        with pytest.raises(MotionError, match="can't be used.*must be ONNX files of YOLOX and RTMPose"):
-            detect_people(film(2), weights=(weights[0], tmp_path / wrong))
+        detect_people(dark, seen_by, name="dark.mp4")
+    for content in (None, "no model"):
+        if content is not None:
+            for name in ("yolox.onnx", "pose.onnx"):
+                (tmp_path / name).write_text(content)
+        with pytest.raises(MotionError, match="are of no use: they must be a folder.*ONNX file of YOLOX"):
+            detector("rtmpose", tmp_path)
 
 
 def test_without_a_network_the_message_says_what_else_to_do(monkeypatch, tmp_path):
     monkeypatch.setenv("TORCH_HOME", str(tmp_path))  # no weights of earlier downloads
     for name in ("http_proxy", "https_proxy"):
         monkeypatch.setenv(name, "http://127.0.0.1:9")  # nothing listens there
-    with pytest.raises(MotionError, match="weights can't be downloaded.*--weights.*OpenPose, MMPose"):
-        detect_people(film(2))
+    with pytest.raises(MotionError, match="weights can't be downloaded.*--weights"):
+        detector("rtmpose")
 
 
 def test_without_rtmlib_the_message_says_how_to_install_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "rtmlib", None)
-    with pytest.raises(MotionError, match=r"motionenv\[detect\].*OpenPose, MMPose"):
-        detect_people(film(2))
+    with pytest.raises(MotionError, match=r"motionenv\[rtmpose\].*OpenPose, MMPose"):
+        detector("rtmpose")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
 from motionenv.models.synthesis import synthesize
 from motionenv.render import render
@@ -18,11 +19,11 @@ def crossing(tmp_path_factory):
     walk = synthesize("walk/fpca", FRAMES / FPS, FPS, seed=22, height=HEIGHT)
     poses = walk.poses - np.eye(25)[0] * walk.poses[:, :1].mean()
     camera = view(0.0, width=256, height=192, distance=5.0)
-    limbs = render(poses, walk.skeleton, camera).limbs
-    clutter = rng.integers(40, 220, (24, 32, 3)).repeat(8, axis=0).repeat(8, axis=1).astype(float)
-    clothes = np.array([[0, 0, 0], *rng.integers(0, 255, (limbs.max(), 3))])
+    drawn = render(poses, walk.skeleton, camera)
+    limbs = drawn.limbs
+    clutter = 180 + 400 * gaussian_filter(rng.normal(0, 1, (192, 256, 3)), (6, 6, 0))
     light = 1 + 0.05 * np.sin(np.arange(FRAMES) / 9)
-    pictures = np.where(limbs[..., None] > 0, clothes[limbs], clutter) * light[:, None, None, None]
+    pictures = np.where(limbs[..., None] > 0, drawn.rgb, clutter) * light[:, None, None, None]
     noisy = np.clip(pictures + 6 * rng.standard_normal(pictures.shape), 0, 255).astype(np.uint8)
     path = tmp_path_factory.mktemp("films") / "walk.mp4"
     write_video(path, noisy, FPS, crf=30)

@@ -1,80 +1,95 @@
-"""Who walks among what moves, on outlines of a walker, of somebody on the spot and of a car."""
+"""Whom detections show, and who is followed."""
 
 import numpy as np
 import pytest
 
 from motionenv.errors import MotionError
-from motionenv.models.synthesis import synthesize
-from motionenv.render import render
-from motionenv.render.cameras import view
-from motionenv.tracking.video.candidates import candidates, chosen, evidence
-from motionenv.tracking.video.movers import components, linked
+from motionenv.tracking.video.candidates import areas, at_frames, boxes_of, candidates, chosen, common_areas
+from motionenv.types import Points
 
-FPS = 20.0
+FPS, FRAMES, SIZE = 20.0, 60, (400, 300)
+
+
+def person(x: float, tall: float, step: float, sure: float = 0.9, frames=slice(None)) -> Points:
+    """Fifteen points in a column, which goes to the right by `step` pixels per frame, seen in some frames."""
+    points = np.full((FRAMES, 15, 2), np.nan)
+    along = x + step * np.arange(FRAMES)
+    points[..., 0] = along[:, None] + np.linspace(-0.1, 0.1, 15) * tall
+    points[..., 1] = 200 - np.linspace(0, 1, 15) * tall
+    hidden = np.ones(FRAMES, dtype=bool)
+    hidden[frames] = False
+    points[hidden] = np.nan
+    return Points(points, FPS, "px", confidence=np.full((FRAMES, 15), sure))
 
 
 @pytest.fixture(scope="module")
-def scene():
-    """Labels and movers: somebody walks to the right, another waves on the left, a car passes above."""
-    walk = synthesize("walk/fpca", 3.0, FPS, seed=4, height=1.75, speed=1.2)
-    camera = view(0.0, width=200, height=120, distance=7.0)
-    poses = walk.poses - np.eye(25)[0] * (walk.poses[:, :1].mean() - 0.5)
-    walker = render(poses, walk.skeleton, camera, rgb=False).limbs > 0
-    spot = np.repeat(walk.poses[:1], len(poses), axis=0)
-    spot[:, 0], spot[:, 1] = -2.5, 0.0
-    spot[:, [9, 13]] += np.sin(np.arange(len(poses)) / 3)[:, None]
-    waver = render(spot, walk.skeleton, camera, rgb=False).limbs > 0
-    film = (walker | waver).astype(float)
-    for t in range(len(film)):
-        film[t, 3:15, 3 * t : 3 * t + 25] = 1
-    labels = np.stack([components(f) for f in film])
-    return labels, linked(labels, FPS), walker
+def people():
+    """A tall one who walks, a tall one of whom little is sure, a small one, and somebody who is only glimpsed."""
+    return [person(300, 40, 0), person(60, 120, 3), person(350, 110, 0, sure=0.3), person(200, 150, 0, frames=slice(9))]
 
 
-def test_the_walker_is_chosen_and_said_why(scene):
-    labels, movers, walker = scene
-    found = candidates(movers, labels, FPS, scale=2.0)
+def test_who_is_largest_surest_and_longest_seen_comes_first(people):
+    found = candidates(people, FPS, FRAMES, SIZE)
     assert [c.number for c in found] == [1, 2, 3]
-    best = chosen(found)
-    assert best.walks > 0.9
-    assert all(c.walks < 0.5 for c in found[1:])
-    rows, columns = np.nonzero(walker[30])
-    np.testing.assert_allclose((best.boxes[30] + 0.5) / 2 - 0.5, [columns.min(), columns.max(), rows.min(), rows.max()])
-    assert 0.4 < best.travel < 1.0  # 1.2 m/s, 1.75 m
-    assert best.rhythm > 0.3
-    assert "walks with probability" in str(best)
+    assert [c.points for c in found] == [people[1], people[0], people[2]] or found[1].points is people[2]
+    assert chosen(found).points is people[1]
+    assert found[0].height == pytest.approx(120 * 1.16, rel=0.02)
+    assert str(found[0]).startswith("1: seen from 0.0 to 3.0 s about (148, ")
+    assert repr(found[0]) == f"Candidate({found[0]})"
 
 
-def test_travel_rhythm_and_shape_are_those_of_the_way(scene):
-    labels, movers, _ = scene
-    car = next(m for m in movers if np.nanmin(m.boxes[:, 2]) < 5)
-    travel, jitter, upright, rhythm, seconds, height = evidence(car, labels, FPS)
-    assert height == 12
-    assert travel == pytest.approx(3 * FPS / 12, rel=0.1)
-    assert upright < 0.6
-    assert rhythm < 0.3
-    assert jitter < 0.5
-    assert seconds > 2
+def test_a_region_is_where_somebody_is_for_most_of_the_time(people):
+    inside = candidates(people, FPS, FRAMES, SIZE, region=(250, 0, 150, 300))
+    assert {id(c.points) for c in inside} == {id(people[0]), id(people[2])}
+    assert candidates(people, FPS, FRAMES, SIZE, region=(0, 250, 400, 50)) == []
 
 
-def test_whom_you_name_is_followed(scene):
-    labels, _, _ = scene
-    found = candidates(linked(labels, FPS), labels, FPS)
+def test_boxes_bridge_short_gaps_only_and_stay_inside_the_picture():
+    seen = np.r_[0:20, 30:35, 58:60]
+    (one,) = candidates([person(10, 120, 2, frames=seen)], FPS, FRAMES, SIZE)
+    (whole,) = candidates([person(10, 120, 2)], FPS, FRAMES, SIZE)
+    assert np.flatnonzero(one.seen).tolist() == [*range(35), 58, 59]
+    np.testing.assert_allclose(one.boxes[:35], whole.boxes[:35], atol=1e-9)
+    assert whole.boxes[0, 0] == 0
+    assert (np.nanmin(whole.boxes), np.nanmax(whole.boxes[:, 3])) >= (0, 0)
+
+
+def test_whom_you_name_is_followed(people):
+    found = candidates(people, FPS, FRAMES, SIZE)
     for one in found:
         left, right, top, bottom = one.boxes[20]
         assert chosen(found, person=one.number) is one
         assert chosen(found, box=(left, top, right - left + 1, bottom - top + 1), at=1.0) is one
         assert chosen(found, point=((left + right) / 2, (top + bottom) / 2), at=1.0) is one
-    hidden = found[0].boxes[20].copy()
-    found[0].boxes[18:23] = found[0].mover.boxes[18:23] = np.nan
-    middle = (hidden[:2].mean(), hidden[2:].mean())
-    assert chosen(found, point=middle, at=1.0) is found[0]  # between where she was before and after
     for asked in ({"point": (199, 1), "at": 0.1}, {"box": (1, 1, 1, 1), "at": 2.9}):
-        with pytest.raises(MotionError, match=f"nothing moves at {next(iter(asked))}; what moves: 1: walks"):
+        with pytest.raises(MotionError, match=f"nobody is at {next(iter(asked))}; who is seen: 1: seen from"):
             chosen(found, **asked)
     with pytest.raises(MotionError, match="person must be from 1 to 3"):
         chosen(found, person=4)
-    with pytest.raises(MotionError, match="nobody seems to walk"):
-        chosen(found[1:])
-    with pytest.raises(MotionError, match="no foreground"):
+    with pytest.raises(MotionError, match="nobody is detected for 0.6 s"):
         chosen([])
+
+
+def test_nearest_frames_and_boxes():
+    values = np.arange(6.0)
+    np.testing.assert_array_equal(at_frames(values, 60.0, 30.0, 4), [0, 2, 4, np.nan])
+    np.testing.assert_array_equal(at_frames(values, 15.0, 30.0, 4), [0, 0, 1, 2])
+    points = np.full((2, 15, 2), np.nan)
+    points[0, :6] = [[10, 20], [30, 120], [20, 60], [20, 60], [20, 60], [20, 60]]
+    points[1, :5] = 1.0
+    boxes = boxes_of(points)
+    np.testing.assert_allclose(boxes[0], [10 - 7, 30 + 7, 20 - 10, 120 + 6])
+    assert np.isnan(boxes[1]).all()
+
+
+def test_areas_against_counted_pixels():
+    rng = np.random.default_rng(0)
+    low = rng.integers(0, 15, (30, 2))
+    boxes = np.column_stack(
+        [low[:, 0], low[:, 0] + rng.integers(0, 9, 30), low[:, 1], low[:, 1] + rng.integers(0, 9, 30)]
+    )
+    masks = np.zeros((30, 30, 30), dtype=bool)
+    for mask, (c0, c1, r0, r1) in zip(masks, boxes, strict=True):
+        mask[r0 : r1 + 1, c0 : c1 + 1] = True
+    np.testing.assert_array_equal(areas(boxes), masks.sum(axis=(1, 2)))
+    np.testing.assert_array_equal(common_areas(boxes[:15], boxes[15:]), (masks[:15] & masks[15:]).sum(axis=(1, 2)))

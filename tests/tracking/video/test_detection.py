@@ -7,7 +7,7 @@ from motionenv.body import from_height
 from motionenv.errors import MotionError
 from motionenv.render import render
 from motionenv.render.cameras import look_at, view
-from motionenv.tracking.video.detection import departure_frame, resized, side_camera, span, standing_height
+from motionenv.tracking.video.detection import resized, side_camera, span, standing_height
 
 
 def detections(masks: np.ndarray) -> np.ndarray:
@@ -51,14 +51,6 @@ def test_when_somebody_is_there():
     assert span(boxes, 64) == (6, 15)
     with pytest.raises(MotionError, match="whole person"):
         span(boxes[:9], 64)
-
-
-def test_walking_begins_where_the_outline_moves_on():
-    boxes = np.tile([20.0, 40.0, 10.0, 70.0], (60, 1))
-    boxes[25:, :2] += 1.5 * np.arange(35)[:, None]
-    boxes[:4] = np.nan
-    assert 12 <= departure_frame(boxes, 30.0) <= 20
-    assert departure_frame(np.tile([20.0, 40.0, 10.0, 70.0], (60, 1)), 30.0) == 0
 
 
 @pytest.mark.parametrize("eyes", [1.0, 1.5, 3.0])
