@@ -9,7 +9,7 @@ from starlette.responses import Response
 from motionenv import Points, WalkerPrior
 from motionenv.lifting import Lifted, OtherView, lift
 from motionenv.types import MARKERS, POSE, Camera
-from service.errors import documented
+from service.errors import about, documented
 from service.formats import dumps
 from service.schemas.lift import LiftCamera, LiftRequest, LiftResponse
 from service.transport.access import EVERYTHING
@@ -30,13 +30,16 @@ async def lift_points(request: Request, asked: LiftRequest) -> Response:
 
 
 def _lifted(asked: LiftRequest, prior: WalkerPrior) -> bytes:
-    found = lift(
-        _points(asked), None if asked.view is None else math.radians(asked.view), prior=prior,
-        elevation=None if asked.elevation == "unknown" else math.radians(asked.elevation), scale=asked.scale,
-        robust=asked.robust, camera=_camera(asked.camera), method=asked.method,
-        distortion=None if asked.camera is None else asked.camera.distortion,
-    )  # fmt: skip
-    return dumps(to_response(found))
+    with about("camera"):
+        camera = _camera(asked.camera)
+    with about("points"):
+        found = lift(
+            _points(asked), None if asked.view is None else math.radians(asked.view), prior=prior,
+            elevation=None if asked.elevation == "unknown" else math.radians(asked.elevation), scale=asked.scale,
+            robust=asked.robust, camera=camera, method=asked.method,
+            distortion=None if asked.camera is None else asked.camera.distortion,
+        )  # fmt: skip
+        return dumps(to_response(found))
 
 
 def _points(asked: LiftRequest) -> Points:
