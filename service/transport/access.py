@@ -85,16 +85,17 @@ class AccessMiddleware:
         await self.app(scope, _limited(receive, most) if chunked else receive, send)
 
     async def _refusal(self, scope: Scope, headers: dict[bytes, bytes], most: int) -> _Refusal | None:
-        if self.digests and not self._known(headers, scope):
+        known = not self.digests or self._known(headers, scope)
+        if self.rate is not None and not await self.limiter.hit(self.rate, _who(scope)):
+            wait = (await self._left(scope))[1]
+            return _Refusal(429, f"rate limit exceeded: retry in {wait} s", {"Retry-After": str(wait)})
+        if not known:
             if _key(headers) is None:
                 return _Refusal(401, "an API key is required: Authorization: Bearer <key>", _CHALLENGE, "no-key")
             unknown = {"WWW-Authenticate": f'{_CHALLENGE["WWW-Authenticate"]}, error="invalid_token"'}
             return _Refusal(401, "this service doesn't know this API key: check it", unknown, "unknown-key")
         if _is_cross_site(scope, headers) and not self.origins & {headers.get(b"origin"), b"*"}:
             return _Refusal(403, "cross-site requests are allowed only from origins in cors")
-        if self.rate is not None and not await self.limiter.hit(self.rate, _who(scope)):
-            wait = (await self._left(scope))[1]
-            return _Refusal(429, f"rate limit exceeded: retry in {wait} s", {"Retry-After": str(wait)})
         if int(headers.get(b"content-length", b"0")) > most:
             return _Refusal(413, f"the body must have at most {most} bytes", {"Connection": "close"})
         return None

@@ -138,6 +138,12 @@ def test_other_walkers_walk(server, model):
     np.testing.assert_array_equal(told["poses"], motion.poses)
 
 
+@pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers", "walk/prior"])
+def test_defaults_are_right_for_any_walker(server, model):
+    for route in ("synthesis", "cycles", "gait"):
+        assert server.http.post(f"/v1/{route}", json={"model": model}).status_code == 200
+
+
 def test_a_tree_moves_too_and_refuses_what_it_has_not(server):
     answers = []
 

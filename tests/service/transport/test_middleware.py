@@ -73,6 +73,19 @@ def test_rates_are_kept(tmp_path):
     assert health.status_code == 200
 
 
+def test_guesses_of_keys_count_against_the_rate_of_their_address(tmp_path):
+    key = "a-key-that-only-tests-know"
+    guess = ("GET", "/v1/body", {"headers": {"X-API-Key": "not-this-one-either"}})
+    right = ("GET", "/v1/body", {"headers": {"X-API-Key": key}})
+    *guesses, known, late = answers(tmp_path, [guess] * 9 + [right, guess], keys=(key,), rate=3)
+    statuses = [answer.status_code for answer in guesses]
+    assert 3 <= statuses.count(401) <= 6  # a minute of the clock may end meanwhile
+    assert set(statuses) == {401, 429}
+    assert 1 <= int(guesses[statuses.index(429)].headers["retry-after"]) <= 60
+    assert known.status_code == 200  # who has a key has a rate of its own
+    assert late.status_code in (401, 429)
+
+
 def test_a_request_has_an_id(server):
     assert server.http.get("/health/live", headers={"X-Request-ID": "abc-1"}).headers["x-request-id"] == "abc-1"
     made = server.http.get("/health/live", headers={"X-Request-ID": "{jndi:ldap}"}).headers["x-request-id"]
