@@ -22,11 +22,13 @@ from service.jobs.store import Full
 MEDIA_TYPE = "application/problem+json"
 #: Kinds of problems by the last part of their `type`: status and title.
 KINDS: dict[str, tuple[int, str]] = {
-    "malformed-request": (400, "The request can't be read"), "no-key": (401, "This service needs an API key"),
+    "malformed-request": (400, "The request can't be read"), "wrong-host": (400, "This service has another name"),
+    "no-key": (401, "This service needs an API key"),
     "unknown-key": (401, "The API key isn't known"), "cross-site": (403, "Pages of other sites may not do this"),
     "not-found": (404, "There is no such thing"), "method-not-allowed": (405, "The path takes other methods"),
     "format-not-offered": (406, "No format that is accepted is offered"),
-    "conflict": (409, "The state of a job or model doesn't allow this"), "too-large": (413, "The body is too large"),
+    "conflict": (409, "The state of a job or model doesn't allow this"),
+    "precondition-failed": (412, "The response is the one you have"), "too-large": (413, "The body is too large"),
     "wrong-media-type": (415, "The body is of another media type"),
     "range-not-satisfiable": (416, "There is no such part of the file"), "invalid-field": (422, "A field is invalid"),
     "rate-limited": (429, "Too many requests"), "internal-error": (500, "The service failed"),
@@ -182,10 +184,10 @@ async def _of_full_disk(request: Request, error: Any) -> Response:
     return _answer(request, 507, FULL)
 
 
-def invalid(error: ValidationError, kind: type[BaseModel]) -> Problem:
-    """The response to a body, or to the fields of a form, that isn't a `kind`."""
+def invalid(error: ValidationError, kind: type[BaseModel], where: str = "body") -> Problem:
+    """The response to a body, to the fields of a form, or with "query" to parameters, that aren't a `kind`."""
     found = error.errors(include_url=False, include_input=False)
-    status, detail, errors = _of_fields([{**one, "loc": ("body", *one["loc"])} for one in found], kind)
+    status, detail, errors = _of_fields([{**one, "loc": (where, *one["loc"])} for one in found], kind)
     problem = Problem(status, detail)
     problem.errors = errors
     return problem

@@ -4,6 +4,7 @@ import base64
 import binascii
 import hashlib
 import hmac
+import re
 import time
 from collections.abc import MutableMapping
 from typing import Any, NamedTuple
@@ -19,6 +20,7 @@ from service.settings import Settings
 
 #: Paths without access control, for load balancers.
 FREE = ("/health/",)
+_HOST = re.compile(r"(\[[0-9a-f:.]+\]|[a-z0-9._-]+)(?::\d*)?")
 _CHALLENGE = {"WWW-Authenticate": 'Basic realm="motionenv", Bearer realm="motionenv"'}
 
 
@@ -63,6 +65,7 @@ class AccessMiddleware:
         self.app = app
         self.digests = [_digest(key.get_secret_value().encode()) for key in settings.all_keys]
         self.admins = {digest.hex()[:8] for digest in self.digests[len(settings.keys) :]}
+        self.hosts = [host.lower() for host in trusted_hosts(settings)]
         self.origins = frozenset(origin.encode() for origin in settings.cors)
         self.max_json, self.max_upload = settings.max_json, settings.max_upload
         self.rate = RateLimitItemPerMinute(settings.rate) if settings.rate else None
@@ -70,10 +73,17 @@ class AccessMiddleware:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or refuse it."""
-        if scope["type"] not in ("http", "websocket") or scope["path"].startswith(FREE):
+        if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
         headers = dict(scope["headers"])
+        if not self._is_ours(headers.get(b"host", b"")):
+            told = "this service doesn't answer to this name: its operator can list it in hosts"
+            await _refuse(scope, receive, send, _Refusal(400, told, kind="wrong-host"))
+            return
+        if scope["path"].startswith(FREE):
+            await self.app(scope, receive, send)
+            return
         form = headers.get(b"content-type", b"").lower().startswith(b"multipart/form-data")
         most = self.max_upload if form else self.max_json
         if self.rate is not None:
@@ -83,6 +93,12 @@ class AccessMiddleware:
             return
         chunked = b"transfer-encoding" in headers
         await self.app(scope, _limited(receive, most) if chunked else receive, send)
+
+    def _is_ours(self, given: bytes) -> bool:
+        """Whether the header Host has one of `trusted_hosts`."""
+        name = _HOST.fullmatch(given.decode("latin1").lower())
+        one = lambda known: name and (name[1] == known or (known[:2] == "*." and name[1].endswith(known[1:])))
+        return "*" in self.hosts or any(map(one, self.hosts))
 
     async def _refusal(self, scope: Scope, headers: dict[bytes, bytes], most: int) -> _Refusal | None:
         known = not self.digests or self._known(headers, scope)

@@ -176,7 +176,7 @@ def test_documented_statuses_are_those_asked_for_and_403_with_401():
     [
         ("GET", "/nowhere", 404, "not found: /nowhere; see /docs"),
         ("PUT", "/v1/models", 405, "method PUT is not allowed"),
-        ("GET", "/v1/synthesis", 405, "method GET is not allowed"),
+        ("DELETE", "/v1/synthesis", 405, "method DELETE is not allowed"),
     ],
 )
 def test_what_there_is_not_is_a_problem_too(tmp_path, method, path, status, says):
@@ -186,7 +186,9 @@ def test_what_there_is_not_is_a_problem_too(tmp_path, method, path, status, says
     assert answer.headers["content-type"] == "application/problem+json"
     if status == 405:
         allowed = answer.headers["allow"].split(", ")
-        assert sorted(allowed) == {"/v1/models": ["GET", "HEAD", "POST"], "/v1/synthesis": ["POST"]}[path]
+        assert (
+            sorted(allowed) == {"/v1/models": ["GET", "HEAD", "POST"], "/v1/synthesis": ["GET", "HEAD", "POST"]}[path]
+        )
 
 
 def test_errors_of_the_library_are_the_clients():
