@@ -34,11 +34,13 @@ _HEADERS = {
     "Motion-Warning": {"description": "Where the motion is beyond what was learned.", "schema": {"type": "string"}},
 }  # fmt: skip
 _content = lambda kinds, **schema: {kind: {"schema": {"type": "string", **schema}} for kind in kinds}
+#: OpenAPI of a motion as bytes or text.
+BINARY = _content((formats.NPY, *formats.FILES, *formats.FILMS), format="binary") | _content(_TEXTS)
 #: OpenAPI of the responses.
 RESPONSES: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "The motion, in the format that `Accept` selects.", "headers": _HEADERS, "model": MotionResponse,
-        "content": _content((formats.NPY, *formats.FILES, *formats.FILMS), format="binary") | _content(_TEXTS),
+        "content": {formats.JSON: {}, **BINARY},  # first what clients that are generated from it return
     },
     **documented(400, 401, 404, 406, 412, 413, 415, 422, 429, 500, 501, 503, 504),
 }  # fmt: skip

@@ -21,7 +21,7 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "The stride. NPZ holds the arrays and numbers of the JSON by their names, NPY the poses, and "
         f"{MEDIA_TYPE} is read as a model's parameters are.",
-        "model": CycleResponse, "content": {NPY: _BINARY, NPZ: _BINARY, MEDIA_TYPE: _BINARY},
+        "model": CycleResponse, "content": {JSON: {}, NPY: _BINARY, NPZ: _BINARY, MEDIA_TYPE: _BINARY},
     },
     **documented(400, 401, 404, 406, 412, 413, 415, 422, 429, 500, 503, 504),
 }  # fmt: skip

@@ -9,17 +9,18 @@ from pydantic import ValidationError
 from starlette.responses import Response
 
 from service.errors import documented, invalid
-from service.responses.motion_response import RESPONSES, answer
+from service.responses.motion_response import BINARY, RESPONSES, answer
 from service.schemas.synthesis import SynthesisRequest
 from service.transport.access import access_of
 
 router = APIRouter(prefix="/v1", tags=["motion"])
 _QUERY = SynthesisRequest.model_json_schema(ref_template="#/components/schemas/{model}")["properties"]
 _QUERY["format"] = {"type": "string", "description": "Media type of the response, instead of `Accept`."}
+_JSON = {"type": "string", "contentMediaType": "application/json"}
 _plain = lambda schema: "array" not in str(schema) and "$ref" not in schema
 _PARAMETERS = [
     {"name": name, "in": "query", "description": schema.get("description", ""),
-     **({"schema": schema} if _plain(schema) else {"content": {"application/json": {"schema": schema}}})}
+     "schema": schema if _plain(schema) else {**_JSON, "contentSchema": schema}}
     for name, schema in _QUERY.items()
 ]  # fmt: skip
 
@@ -27,7 +28,8 @@ _PARAMETERS = [
 @router.get(
     "/synthesis", summary="A walk with an address", response_class=Response, openapi_extra={"parameters": _PARAMETERS},
     responses={
-        **RESPONSES, 206: {"description": "The part that `Range` asks for."},
+        **RESPONSES, 200: {**RESPONSES[200], "content": dict(BINARY)},
+        206: {"description": "The part that `Range` asks for."},
         304: {"description": "The motion has not changed (`If-None-Match`)."}, **documented(416),
     },
 )  # fmt: skip
