@@ -25,6 +25,7 @@ _INLINE = 600  # frames that are synthesized in less time than passing them to a
 _INSTANT = (formats.JSON, formats.NPY, formats.NPZ)
 _CHUNKED = (formats.JSON, formats.CSV, formats.BVH, formats.TRC, formats.MOT)  # if they are long; MP4 always
 _FROM_START = "bytes=0-"  # players begin so, and get all of it as it is made
+_AT_ONCE = 240 * 640 * 480  # pixels of a film in one piece, which take 15 s on two cores
 _GIF_FPS = 50  # players slow faster ones down
 _C3D_FRAMES = 65_535
 _TEXTS = (formats.CSV, formats.TRC, formats.MOT)
@@ -47,6 +48,18 @@ RESPONSES: dict[int | str, dict[str, Any]] = {
 MotionRequest = SynthesisRequest | TreeSynthesisRequest
 
 
+def negotiated(request: Request) -> str:
+    """Media type of the response: the parameter `format` of a GET, or what `Accept` prefers; 406, unknown format."""
+    wanted = request.query_params.get("format") if request.method == "GET" else None
+    return formats.negotiated(wanted or request.headers.get("accept"), formats.MOTION)
+
+
+def takes_long(asked: MotionRequest, media_type: str) -> bool:
+    """Whether a film that is sent as a whole, GIF or WebP, may take longer than a request may."""
+    whole = media_type in (formats.GIF, formats.WEBP)
+    return whole and asked.frames * asked.picture.width * asked.picture.height > _AT_ONCE
+
+
 async def answer(
     request: Request, asked: MotionRequest, make: Callable[[int], Motion], *, quick: bool, warning: str | None = None
 ) -> Response:
@@ -59,9 +72,7 @@ async def answer(
         Problem: 406, unknown format; 422, too large.
     """
     service = request.app.state.service
-    getting = request.method == "GET"
-    wanted = request.query_params.get("format") if getting else None
-    media_type = formats.negotiated(wanted or request.headers.get("accept"), formats.MOTION)
+    getting, media_type = request.method == "GET", negotiated(request)
     _check_limits(asked, media_type, service.settings)
     seed, etag, headers = await caching.seeded(request, asked, media_type)
     if warning:
@@ -117,5 +128,8 @@ def _check_limits(asked: MotionRequest, media_type: str, settings: Settings) -> 
         at_most(shown.frame, asked.frames - 1, "/picture/frame", "frame", "(the last one)")
         return
     at_most(asked.frames, settings.max_video_frames, *seconds, "frames of a video", each=asked.fps)
+    if takes_long(asked, media_type):
+        long = _AT_ONCE // pixels
+        at_most(asked.frames, long, *seconds, "frames of a GIF or WebP in one response", each=asked.fps)
     if media_type == formats.GIF:
         at_most(asked.fps, _GIF_FPS, "/fps", "fps", "for GIF")

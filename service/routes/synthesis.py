@@ -9,7 +9,9 @@ from pydantic import ValidationError
 from starlette.responses import Response
 
 from service.errors import documented, invalid
-from service.responses.motion_response import BINARY, RESPONSES, answer
+from service.responses.motion_response import BINARY, RESPONSES, answer, negotiated, takes_long
+from service.routes.jobs import ACCEPTED, render_walk
+from service.schemas.jobs import RenderRequest
 from service.schemas.synthesis import SynthesisRequest
 from service.transport.access import access_of
 
@@ -54,13 +56,17 @@ def _value(text: str) -> Any:
         return text
 
 
-@router.post("/synthesis", summary="A walk", response_class=Response, responses=RESPONSES)
+@router.post("/synthesis", summary="A walk", response_class=Response, responses={**RESPONSES, **ACCEPTED})
 async def synthesize_walk(request: Request, asked: SynthesisRequest) -> Response:
     """A walk that a model makes, as JSON, numbers, a motion file, a film or a picture: `Accept` says which.
 
-    Long JSON, CSV and BVH, and MP4 always, come while they are made. Asked for with a seed, the same bytes
-    come each time, and `If-None-Match` with their ETag gives 412 without any work. 501: this machine has no OpenGL.
+    Long JSON, CSV and BVH, and MP4 always, come while they are made; a long GIF or WebP becomes a job (202). Asked for
+    with a seed, the same bytes come each time, and `If-None-Match` with their ETag gives 412 without any work.
+
+    501: this machine has no OpenGL.
     """
+    if request.method == "POST" and takes_long(asked, media_type := negotiated(request)):
+        return await render_walk(request, RenderRequest.model_validate(asked.model_dump() | {"format": media_type}))
     model = request.app.state.service.model_registry.get(asked.model, access_of(request.scope))
 
     quick = model.batch_size > 1 and asked.path is None and asked.speeds is None

@@ -4,6 +4,8 @@ A request takes a slot after its body has arrived, so that slow uploads hold non
 """
 
 import asyncio
+import math
+import time
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import asynccontextmanager
@@ -15,6 +17,7 @@ from service.errors import busy
 
 T = TypeVar("T")
 _END = object()
+_NEW = 0.2  # share of the last request in the mean time
 
 
 class Slot:
@@ -41,20 +44,24 @@ class WorkerPool:
     def __init__(self, threads: int, waiting: int, gauge: Gauge | None = None, name: str = "compute") -> None:
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix=name)
         self._free = asyncio.Semaphore(threads)
-        self._most = threads + waiting
+        self._threads, self._most = threads, threads + waiting
+        self._usual = 1.0  # [s] that a slot is held, a running mean
         self.held, self._gauge = 0, gauge or Gauge("held", "Slots that are held.", registry=None)
 
     @asynccontextmanager
     async def slot(self) -> AsyncIterator["Slot"]:
-        """A thread, held for the duration of the block; 503 if too many requests wait."""
+        """A thread, held for the duration of the block; 503 with the time that the queue takes if too many wait."""
         if self.held >= self._most:
-            raise busy("too many requests wait for a worker thread")
+            wait = math.ceil(self.held * self._usual / self._threads)
+            raise busy("too many requests wait for a worker thread", wait)
         self.held += 1
         self._gauge.inc()
         slot = Slot(self._free)
         try:
             await slot.acquire()
+            begun = time.monotonic()
             yield slot
+            self._usual += _NEW * (time.monotonic() - begun - self._usual)
         finally:
             slot.release()
             self.held -= 1

@@ -75,7 +75,7 @@ def asking(server, body: bytes, accept: bytes = b"*/*") -> socket.socket:
 
 @pytest.mark.parametrize("accept", [b"video/mp4", b"image/gif"])
 def test_clients_that_ask_and_hang_up_leave_nothing_running(small, accept):
-    body = b'{"seed":1,"seconds":60,"fps":30,"picture":{"width":640,"height":480}}'
+    body = b'{"seed":1,"seconds":60,"fps":30,"picture":{"width":192,"height":144}}'
     clients = [asking(small, body, accept) for _ in range(5)]
     until(lambda: requests_running(small) == 5)
     for client in clients:
