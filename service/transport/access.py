@@ -96,9 +96,11 @@ class AccessMiddleware:
 
     def _is_ours(self, given: bytes) -> bool:
         """Whether the header Host has one of `trusted_hosts`."""
+        if "*" in self.hosts:
+            return True
         name = _HOST.fullmatch(given.decode("latin1").lower())
-        one = lambda known: name and (name[1] == known or (known[:2] == "*." and name[1].endswith(known[1:])))
-        return "*" in self.hosts or any(map(one, self.hosts))
+        host = name[1] if name else ""
+        return any(host == known or (known[:2] == "*." and host.endswith(known[1:])) for known in self.hosts)
 
     async def _refusal(self, scope: Scope, headers: dict[bytes, bytes], most: int) -> _Refusal | None:
         known = not self.digests or self._known(headers, scope)
