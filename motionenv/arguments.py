@@ -96,7 +96,9 @@ class Request:
         for argument in ARGUMENTS.values():
             argument.check(getattr(self, argument.name))
         if self.frames < 1:
-            raise MotionError(f"seconds must last one frame at least, got {self.seconds!r} at {self.fps:g} fps")
+            raise MotionError(
+                f"seconds must last one frame at least, got {self.seconds!r} at {self.fps:g} fps", "seconds", "fps"
+            )
 
     @property
     def frames(self) -> int:
@@ -113,9 +115,10 @@ class Request:
             MotionError: such an argument isn't at its default.
         """
         cyclic = [argument for argument in ARGUMENTS.values() if argument.meaning.cyclic]
-        if any(getattr(self, argument.name) != argument.default for argument in cyclic):
+        wrong = [argument.name for argument in cyclic if getattr(self, argument.name) != argument.default]
+        if wrong:
             names = " and ".join(argument.name for argument in cyclic)
-            raise MotionError(f"a {kind} model has no cycles: leave {names} out")
+            raise MotionError(f"a {kind} model has no cycles: leave {names} out", *wrong)
 
 
 class WalkArguments(TypedDict, total=False):

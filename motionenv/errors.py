@@ -1,10 +1,22 @@
 """Errors of motionenv. All are ValueErrors, and their messages say how to fix the problem."""
 
+import re
 from pathlib import Path
+
+_NUMPY = re.compile(r"\bnp\.(?:(?:float|u?int|bool|str|longdouble)\w*\(([^()]*)\)|(True|False)_)")
 
 
 class MotionError(ValueError):
-    """An invalid motion, model or argument."""
+    """An invalid motion, model or argument.
+
+    Args:
+        message: what is wrong and what was expected; NumPy's scalars in it are written as plain numbers.
+        fields: names of the arguments that are wrong, if it is these.
+    """
+
+    def __init__(self, message: str = "", *fields: str) -> None:
+        super().__init__(_NUMPY.sub(lambda scalar: scalar[1] or scalar[2] or "", message))
+        self.fields = fields
 
 
 class FormatError(MotionError):

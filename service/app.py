@@ -8,7 +8,6 @@ from importlib import import_module
 from fastapi import FastAPI
 from fastapi.routing import iter_route_contexts
 from starlette.middleware.cors import CORSMiddleware
-from starlette.middleware.trustedhost import TrustedHostMiddleware
 
 from motionenv import __version__
 from service import errors
@@ -17,7 +16,7 @@ from service.jobs.manager import JobManager
 from service.observability.metrics import Metrics
 from service.routes import docs, page, parameters
 from service.settings import Settings
-from service.transport.access import AccessMiddleware, trusted_hosts
+from service.transport.access import AccessMiddleware
 from service.transport.compression import CompressionMiddleware
 from service.transport.middleware import ObservabilityMiddleware
 from service.transport.worker_pool import WorkerPool
@@ -39,6 +38,7 @@ class Service:
         self.worker_pool = WorkerPool(settings.threads, settings.waiting, self.metrics.computing)
         self.opengl_pool = WorkerPool(1, settings.waiting, self.metrics.computing, name="opengl")  # contexts need one
         self.jobs = JobManager(settings, self.backend)
+        self.parted: tuple[str | None, bytes] = None, b""  # ETag and body of which a client last asked for parts
         self.ready = False  # whether the models are loaded
 
 
@@ -61,6 +61,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app = FastAPI(
         title="motionenv", version=__version__, description=docs.DESCRIPTION, lifespan=lifespan,
         redirect_slashes=False, docs_url=None, redoc_url=None,  # FastAPI's load their scripts from a CDN
+        servers=[{"url": "/"}], license_info={"name": "MIT", "identifier": "MIT"},
         generate_unique_id_function=lambda route: route.name,
     )  # fmt: skip
     app.state.service = service
@@ -72,7 +73,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
             expose_headers=["ETag", "Location", "Motion-Seed", "Motion-Warning", "RateLimit",
                             "RateLimit-Policy", "Retry-After", "X-Request-ID"],
         )  # fmt: skip
-    app.add_middleware(TrustedHostMiddleware, allowed_hosts=trusted_hosts(service.settings), www_redirect=False)
     app.add_middleware(ObservabilityMiddleware, settings=service.settings, metrics=service.metrics)
     errors.install(app)
     if service.settings.all_keys:

@@ -4,6 +4,7 @@ Values sent by the client are never echoed: they may contain secrets, or what JS
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from http import HTTPStatus
 from typing import Any, get_args
 
@@ -21,11 +22,13 @@ from service.jobs.store import Full
 MEDIA_TYPE = "application/problem+json"
 #: Kinds of problems by the last part of their `type`: status and title.
 KINDS: dict[str, tuple[int, str]] = {
-    "malformed-request": (400, "The request can't be read"), "no-key": (401, "This service needs an API key"),
+    "malformed-request": (400, "The request can't be read"), "wrong-host": (400, "This service has another name"),
+    "no-key": (401, "This service needs an API key"),
     "unknown-key": (401, "The API key isn't known"), "cross-site": (403, "Pages of other sites may not do this"),
     "not-found": (404, "There is no such thing"), "method-not-allowed": (405, "The path takes other methods"),
     "format-not-offered": (406, "No format that is accepted is offered"),
-    "conflict": (409, "The state of a job or model doesn't allow this"), "too-large": (413, "The body is too large"),
+    "conflict": (409, "The state of a job or model doesn't allow this"),
+    "precondition-failed": (412, "The response is the one you have"), "too-large": (413, "The body is too large"),
     "wrong-media-type": (415, "The body is of another media type"),
     "range-not-satisfiable": (416, "There is no such part of the file"), "invalid-field": (422, "A field is invalid"),
     "rate-limited": (429, "Too many requests"), "internal-error": (500, "The service failed"),
@@ -76,6 +79,16 @@ class Problem(HTTPException):
 def busy(detail: str, seconds: int = 1) -> Problem:
     """503: the service is overloaded; the client may retry in `seconds`."""
     return Problem(503, f"{detail}; retry in {seconds} s", headers={"Retry-After": str(seconds)})
+
+
+@contextmanager
+def about(*fields: str) -> Iterator[None]:
+    """Let errors of the library within the block that name no field be about these."""
+    try:
+        yield
+    except MotionError as error:
+        error.fields = error.fields or fields
+        raise
 
 
 def at_most(value: float, most: float, field: str, name: str, unit: str, *, each: float = 1) -> None:
@@ -159,17 +172,22 @@ async def _of_validation(request: Request, error: Any) -> Response:
 
 
 async def _of_motion(request: Request, error: Any) -> Response:
-    return _answer(request, 422, str(error))
+    body = getattr(request.scope.get("route"), "body_field", None)
+    known = None if body is None else body.field_info.annotation.model_fields
+    names = [name for name in error.fields if known is None or name.partition(".")[0] in known]
+    pointer = lambda name: name if known is None else f"/{name.replace('.', '/')}"
+    errors = [{"field": pointer(name), "problem": str(error), "bound": None} for name in names]
+    return _answer(request, 422, str(error), errors=errors)
 
 
 async def _of_full_disk(request: Request, error: Any) -> Response:
     return _answer(request, 507, FULL)
 
 
-def invalid(error: ValidationError, kind: type[BaseModel]) -> Problem:
-    """The response to a body, or to the fields of a form, that isn't a `kind`."""
+def invalid(error: ValidationError, kind: type[BaseModel], where: str = "body") -> Problem:
+    """The response to a body, to the fields of a form, or with "query" to parameters, that aren't a `kind`."""
     found = error.errors(include_url=False, include_input=False)
-    status, detail, errors = _of_fields([{**one, "loc": ("body", *one["loc"])} for one in found], kind)
+    status, detail, errors = _of_fields([{**one, "loc": (where, *one["loc"])} for one in found], kind)
     problem = Problem(status, detail)
     problem.errors = errors
     return problem
@@ -178,8 +196,16 @@ def invalid(error: ValidationError, kind: type[BaseModel]) -> Problem:
 def _of_fields(found: Sequence[Mapping[str, Any]], kind: type[BaseModel] | None = None) -> tuple[int, str, list]:
     if found[0]["type"] == "json_invalid" and not _is_field(found[0]["loc"]):
         return 400, _NO_JSON, []
-    errors = [field_problem(one, kind) for one in found]
-    return 422, "; ".join(f"{one['field']}: {one['problem']}" for one in errors[:5]), errors[:100]
+    each = [_field_problems(one, kind) for one in found]
+    told = "; ".join(f"{', '.join(one['field'] for one in of)}: {of[0]['problem']}" for of in each[:5])
+    return 422, told, [one for of in each for one in of][:100]
+
+
+def _field_problems(error: Mapping[str, Any], kind: type[BaseModel] | None) -> list[dict[str, Any]]:
+    """A pydantic error of one field, or of the several that a `MotionError` of a validator names."""
+    names = getattr((error.get("ctx") or {}).get("error"), "fields", ())
+    places = [(*error["loc"], *name.split(".")) for name in names] or [error["loc"]]
+    return [field_problem({**error, "loc": place}, kind) for place in places]
 
 
 def field_problem(error: Mapping[str, Any], kind: type[BaseModel] | None = None) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Run the service: uvicorn with uvloop, in one process or several."""
 
+import ctypes
 import os
 import sys
 import tempfile
@@ -12,6 +13,7 @@ from service.observability import logs
 from service.settings import Settings
 
 _HEADER_BYTES = 65_536
+_ARENAS = -8, 2  # glibc's M_ARENA_MAX: by default each thread has memory of its own, which it keeps
 _CONNECTIONS = 1_000  # of each process; more get 503
 _IDLE_SECONDS = 15  # longer than clients (httpx: 5 s) and the proxy (10 s) keep a connection, or they lose requests
 
@@ -20,6 +22,8 @@ def application() -> Any:
     """The application of one worker, with settings from the environment."""
     from service.app import create_app
 
+    if limit := getattr(ctypes.CDLL(None), "mallopt", None):
+        limit(*_ARENAS)
     logs.configure()
     return create_app(Settings())
 

@@ -26,7 +26,7 @@ def checked_number(
         counted = f" of {unit}" if unit else ""
         limits = _limits(low, high, above, below)
         wanted = f"a number{counted} {limits}" if limits else f"a finite number{counted}"
-        raise MotionError(f"{name} must be {wanted}, got {value!r}")
+        raise MotionError(f"{name} must be {wanted}, got {value!r}", name)
     return number
 
 
@@ -38,7 +38,7 @@ def checked_whole(value: Any, name: str, low: int, high: float = np.inf, unit: s
     if number % 1 != 0 or not low <= number <= high:
         counted = f" of {unit}" if unit else ""
         limits = _limits(low, high, -np.inf, np.inf)
-        raise MotionError(f"{name} must be a whole number{counted} {limits}, got {value!r}")
+        raise MotionError(f"{name} must be a whole number{counted} {limits}, got {value!r}", name)
     return int(value)
 
 
@@ -64,7 +64,7 @@ def checked_choice(value: Any, name: str, known: Iterable[str]) -> Any:
     """One of the `known` words; else a MotionError about `name`, which suggests the nearest."""
     if value not in (words := list(known)):
         nearest = did_you_mean(value, words)
-        raise MotionError(f"{name} must be one of {', '.join(words)}, got {value!r}{nearest}")
+        raise MotionError(f"{name} must be one of {', '.join(words)}, got {value!r}{nearest}", name)
     return value
 
 
@@ -77,7 +77,7 @@ def checked_range(value: Any, name: str, low: float, high: float, unit: str = ""
     if not low <= least <= most <= high:
         counted = f" of {unit}" if unit else ""
         limits = _limits(low, high, -np.inf, np.inf)
-        raise MotionError(f"{name} must be two numbers{counted} (low, high) {limits}, got {value!r}")
+        raise MotionError(f"{name} must be two numbers{counted} (low, high) {limits}, got {value!r}", name)
     return float(least), float(most)
 
 

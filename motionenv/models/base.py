@@ -26,6 +26,8 @@ from motionenv.models.traits import traits
 from motionenv.models.types import Components, Cycle, Trait, Treadmill, Walker
 from motionenv.types import Motion, Skeleton
 
+_FARTHEST = 10  # standard deviations; nobody is half as far, and kernels need not end on numbers without bounds
+
 
 class GaitModel(StoredModel):
     """A model of human motion, usually walking.
@@ -172,13 +174,15 @@ class GaitModel(StoredModel):
         components = self.components()
         values = np.asarray(given, dtype=np.float64)
         if not len(components) and values.size:
-            raise MotionError(f"a {self.kind} model has no components: leave deviations and scores out")
+            raise MotionError(f"a {self.kind} model has no components: leave deviations and scores out", name)
         if values.ndim != 1 or len(values) > len(components) or not np.isfinite(values).all():
             raise MotionError(
-                f"{name} must be up to {len(components)} finite numbers, one per component; got {given!r}"
+                f"{name} must be up to {len(components)} finite numbers, one per component; got {given!r}", name
             )
         made, first = components.means.copy(), slice(len(values))
         made[first] = values if deviations is None else made[first] + values * components.deviations[first]
+        if (np.abs(made - components.means) > _FARTHEST * components.deviations).any():
+            raise MotionError(f"{name} must be within {_FARTHEST} standard deviations of the average", name)
         return Walker(self.kind, tuple(made), person=self._person_of(made))
 
     def _person_of(self, scores: np.ndarray) -> Person | None:

@@ -17,7 +17,7 @@ BVH = "model/x-bvh"
 TRC, MOT = "text/x-trc", "text/x-mot"
 HTML = "text/html"
 ZIP = "application/zip"
-MP4, GIF, PNG = "video/mp4", "image/gif", "image/png"
+MP4, GIF, WEBP, PNG = "video/mp4", "image/gif", "image/webp", "image/png"
 #: Suffixes of the formats that `motionenv.write` writes.
 FILES = {
     NPZ: ".npz", CSV: ".csv", BVH: ".bvh", "model/gltf-binary": ".glb", "application/x-c3d": ".c3d", TRC: ".trc",
@@ -26,7 +26,7 @@ FILES = {
 #: Suffixes of the formats of a gait report.
 REPORTS = {HTML: ".html", JSON: ".json", CSV: ".csv"}
 #: Suffixes of videos and pictures.
-FILMS = {MP4: ".mp4", GIF: ".gif", "image/webp": ".webp", PNG: ".png"}
+FILMS = {MP4: ".mp4", GIF: ".gif", WEBP: ".webp", PNG: ".png"}
 MOTION = (JSON, NPY, *FILES, *FILMS)
 
 

@@ -3,6 +3,7 @@
 import asyncio
 import base64
 import hashlib
+import math
 import secrets
 import time
 from collections.abc import Sequence
@@ -42,7 +43,7 @@ class JobManager:
             Full: the disk is full.
         """
         if await self.store.queued(lane_of(kind)) >= self.settings.job_waiting:
-            raise self._full_queue()
+            raise await self._full_queue(kind)
         self.file_store.check_room()
 
     async def add(
@@ -79,7 +80,7 @@ class JobManager:
                 raise busy("a request with the same Idempotency-Key has just been removed") from None
             return same
         except Waiting:
-            raise self._full_queue() from None
+            raise await self._full_queue(kind) from None
         except Taken:
             raise Problem(409, f"a job is making {model} already: wait, cancel it, or choose another name") from None
         self.backend.wake()
@@ -92,8 +93,12 @@ class JobManager:
             raise Problem(422, "this Idempotency-Key was used for another request", field="Idempotency-Key")
         return same
 
-    def _full_queue(self) -> Problem:
-        return busy(f"{self.settings.job_waiting} jobs are queued already", seconds=10)
+    async def _full_queue(self, kind: str) -> Problem:
+        """503, until one more job has usually been done."""
+        lane, settings = lane_of(kind), self.settings
+        processes = settings.quick_processes if lane == "quick" else settings.job_processes
+        wait = math.ceil(await self.store.usual(lane) / processes)
+        return busy(f"{settings.job_waiting} jobs are queued already", max(1, wait))
 
     async def _check_model(self, name: str, access: Access, replace: bool) -> None:
         path = self.model_registry.find_path(name)

@@ -15,6 +15,7 @@ T = TypeVar("T")
 _TIMEOUT = 10.0  # [s] for other processes' transactions, which take milliseconds
 #: Attempts to run a job that is interrupted by the end of the process that runs it.
 ATTEMPTS = 5
+_LATEST = 20  # jobs that tell how long one takes
 #: Error of a job that is given up after them.
 GIVEN_UP = {"status": 500, "detail": f"the service ended {ATTEMPTS} times while this job ran: submit it again"}
 WAITING = ("queued", "running")
@@ -177,6 +178,14 @@ class SqliteStore:
     async def models(self) -> set[str]:
         """Names of the models that jobs made or make."""
         return {row[0] for row in self._db.execute("SELECT model FROM jobs WHERE model IS NOT NULL")}
+
+    async def usual(self, lane: str) -> float:
+        """Mean duration [s] of the latest jobs of a lane that were done; 10 before there are any."""
+        kinds, marks = _kinds(lane)
+        query = (
+            f"SELECT ended - started AS t FROM jobs WHERE status = 'done' AND kind IN ({marks}) ORDER BY number DESC"
+        )
+        return self._one(f"SELECT avg(t) FROM ({query} LIMIT {_LATEST})", *kinds)[0] or 10.0
 
     async def counts(self) -> dict[str, int]:
         """Number of jobs by status."""

@@ -13,7 +13,7 @@ from motionenv import __version__
 from service.errors import Problem
 
 _SEED_BITS = 32  # of a seed that the service draws
-_SEEDED = "private, max-age=86400"
+_SEEDED, _REPLACEABLE = "private, max-age=86400", "private, no-cache"
 _VERSION = __version__.encode()
 _ONE = re.compile(r"bytes=(?:(?P<first>\d{1,18})-(?P<last>\d{0,18})|-(?P<length>\d{1,18}))")
 
@@ -38,18 +38,20 @@ async def seeded(request: Request, asked: Any, *parts: str) -> tuple[int, str | 
     `parts` determine the response besides the model, the path and the body.
     """
     etag, seed = None, asked.seed
+    control = _REPLACEABLE if asked.model.startswith("fitted/") else _SEEDED
     if seed is None:
         seed = secrets.randbits(_SEED_BITS)
     else:
         version = request.app.state.service.model_registry.version(asked.model)
-        etag = make_etag(request.scope["path"], version, *parts, await request.body())
-    return seed, etag, {"Motion-Seed": str(seed), **cache_headers(etag)}
+        query = request.scope["query_string"]
+        etag = make_etag(request.scope["path"], version, *parts, query, await request.body())
+    return seed, etag, {"Motion-Seed": str(seed), **cache_headers(etag, control=control)}
 
 
 def etag_matches(request: Request, etag: str | None) -> bool:
     """Whether If-None-Match contains `etag`, by weak comparison (RFC 9110, 8.8.3.2)."""
     given = request.headers.get("if-none-match")
-    return given is not None and etag is not None and etag in _tags(given)
+    return given is not None and etag is not None and not _tags(given).isdisjoint((etag, "*"))
 
 
 @lru_cache(maxsize=256)
@@ -57,9 +59,24 @@ def _tags(header: str) -> frozenset[str]:
     return frozenset(one.strip().removeprefix("W/") for one in header.split(","))
 
 
-def not_modified(headers: dict[str, str]) -> Response:
-    """304 with the `headers` of the full response."""
+def not_modified(request: Request, headers: dict[str, str]) -> Response:
+    """304 with the `headers` of the full response; for methods other than GET 412 (RFC 9110, 13.1.2)."""
+    if request.method != "GET":
+        raise Problem(412, "If-None-Match has the ETag of the response: use what you have", headers=headers)
     return Response(status_code=304, headers=headers)
+
+
+def part_of(request: Request, body: bytes, headers: dict[str, str], media_type: str) -> Response:
+    """The response with the `Range` of a body that a request asks for, or with all of it."""
+    keep_one_range(request, len(body))
+    given = _ONE.fullmatch(dict(request.scope["headers"]).get(b"range", b"").decode().strip())
+    headers = {**headers, "Accept-Ranges": "bytes"}
+    if given is None or request.headers.get("if-range", headers["ETag"]) != headers["ETag"]:
+        return Response(body, headers=headers, media_type=media_type)
+    first = int(given["first"]) if given["first"] else max(0, len(body) - int(given["length"]))
+    last = min(int(given["last"] or len(body)), len(body) - 1)
+    headers["Content-Range"] = f"bytes {first}-{last}/{len(body)}"
+    return Response(body[first : last + 1], 206, headers=headers, media_type=media_type)
 
 
 def keep_one_range(request: Request, size: int) -> None:

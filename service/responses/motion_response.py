@@ -24,6 +24,8 @@ from service.settings import Settings
 _INLINE = 600  # frames that are synthesized in less time than passing them to a thread takes
 _INSTANT = (formats.JSON, formats.NPY, formats.NPZ)
 _CHUNKED = (formats.JSON, formats.CSV, formats.BVH, formats.TRC, formats.MOT)  # if they are long; MP4 always
+_FROM_START = "bytes=0-"  # players begin so, and get all of it as it is made
+_AT_ONCE = 240 * 640 * 480  # pixels of a film in one piece, which take 15 s on two cores
 _GIF_FPS = 50  # players slow faster ones down
 _C3D_FRAMES = 65_535
 _TEXTS = (formats.CSV, formats.TRC, formats.MOT)
@@ -33,16 +35,29 @@ _HEADERS = {
     "Motion-Warning": {"description": "Where the motion is beyond what was learned.", "schema": {"type": "string"}},
 }  # fmt: skip
 _content = lambda kinds, **schema: {kind: {"schema": {"type": "string", **schema}} for kind in kinds}
+#: OpenAPI of a motion as bytes or text.
+BINARY = _content((formats.NPY, *formats.FILES, *formats.FILMS), format="binary") | _content(_TEXTS)
 #: OpenAPI of the responses.
 RESPONSES: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "The motion, in the format that `Accept` selects.", "headers": _HEADERS, "model": MotionResponse,
-        "content": _content((formats.NPY, *formats.FILES, *formats.FILMS), format="binary") | _content(_TEXTS),
+        "content": {formats.JSON: {}, **BINARY},  # first what clients that are generated from it return
     },
-    304: {"description": "The motion has not changed (`If-None-Match`).", "headers": _HEADERS},
-    **documented(400, 401, 404, 406, 413, 415, 422, 429, 500, 503, 504),
+    **documented(400, 401, 404, 406, 412, 413, 415, 422, 429, 500, 501, 503, 504),
 }  # fmt: skip
 MotionRequest = SynthesisRequest | TreeSynthesisRequest
+
+
+def negotiated(request: Request) -> str:
+    """Media type of the response: the parameter `format` of a GET, or what `Accept` prefers; 406, unknown format."""
+    wanted = request.query_params.get("format") if request.method == "GET" else None
+    return formats.negotiated(wanted or request.headers.get("accept"), formats.MOTION)
+
+
+def takes_long(asked: MotionRequest, media_type: str) -> bool:
+    """Whether a film that is sent as a whole, GIF or WebP, may take longer than a request may."""
+    whole = media_type in (formats.GIF, formats.WEBP)
+    return whole and asked.frames * asked.picture.width * asked.picture.height > _AT_ONCE
 
 
 async def answer(
@@ -57,22 +72,30 @@ async def answer(
         Problem: 406, unknown format; 422, too large.
     """
     service = request.app.state.service
-    media_type = formats.negotiated(request.headers.get("accept"), formats.MOTION)
+    getting, media_type = request.method == "GET", negotiated(request)
     _check_limits(asked, media_type, service.settings)
     seed, etag, headers = await caching.seeded(request, asked, media_type)
     if warning:
         headers["Motion-Warning"] = warning
     if caching.etag_matches(request, etag):
-        return caching.not_modified(headers)
+        return caching.not_modified(request, headers)
     if quick and media_type in _INSTANT and asked.frames <= _INLINE:
         body = b"".join(motion.parts(make(seed), media_type, asked.model, seed))
         return Response(body, headers=headers, media_type=media_type)
     opengl = media_type in formats.FILMS and asked.picture.engine == "pyrender"
     whole = media_type != formats.MP4 and not (media_type in _CHUNKED and asked.frames > _INLINE)
     produce = lambda gone: _chunks(make, asked, media_type, seed, gone)
-    return ThreadedResponse(
-        service.opengl_pool if opengl else service.worker_pool, produce, media_type, headers, whole=whole
-    )
+    pool = service.opengl_pool if opengl else service.worker_pool
+    if not getting or etag is None or request.headers.get("range", _FROM_START) == _FROM_START:
+        return ThreadedResponse(pool, produce, media_type, headers, whole=whole)
+
+    def parted(body: bytes) -> Response:
+        service.parted = etag, body  # a player asks for many parts of one film
+        return caching.part_of(request, body, headers, media_type)
+
+    if service.parted[0] == etag:
+        return parted(service.parted[1])
+    return ThreadedResponse(pool, produce, media_type, headers, whole=True, respond=parted)
 
 
 def _chunks(
@@ -105,5 +128,8 @@ def _check_limits(asked: MotionRequest, media_type: str, settings: Settings) -> 
         at_most(shown.frame, asked.frames - 1, "/picture/frame", "frame", "(the last one)")
         return
     at_most(asked.frames, settings.max_video_frames, *seconds, "frames of a video", each=asked.fps)
+    if takes_long(asked, media_type):
+        long = _AT_ONCE // pixels
+        at_most(asked.frames, long, *seconds, "frames of a GIF or WebP in one response", each=asked.fps)
     if media_type == formats.GIF:
         at_most(asked.fps, _GIF_FPS, "/fps", "fps", "for GIF")

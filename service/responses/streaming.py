@@ -2,7 +2,7 @@
 
 A steerable model grows frame by frame. Others make half a minute at a time; where one piece ends, or parameters change,
 the next one begins at the frame of its first seconds whose pose and movement are nearest, moved to where the body is,
-and fades in.
+and what is left of the difference decays.
 """
 
 import math
@@ -20,7 +20,7 @@ from service.schemas.stream import StreamSettings
 
 _PIECE = 30.0  # [s]
 _SEARCHED = 2.0  # [s] of a new piece in which its beginning is looked for
-_FADE = 0.25  # [s]
+_QUICK = 10.0  # [1/s] by which differences decay
 
 
 class Stream:
@@ -94,17 +94,20 @@ def _walked(
 
 
 def _joined(before: np.ndarray, motion: Motion) -> np.ndarray:
-    """A motion's poses from its frame that goes on best from `before` (frames, 25), moved there and faded in."""
+    """A motion's poses after its frame that is most like the last of `before` (frames, 25), moved there.
+
+    How the body differs from there, in pose and velocity, decays like a critically damped spring (Bollo 2018, Game
+    Developers Conference), so that neither jumps.
+    """
     poses, last, step = motion.poses, before[-1], before[-1] - before[-2]
     among = poses[: max(2, round(_SEARCHED * motion.fps))]
     angles = [3, 4, *range(6, 25)]
     off = (among[1:] - last)[:, angles], (np.diff(among, axis=0) - step)[:, angles] * motion.fps / 10
     first = 1 + int(sum((o**2).sum(axis=1) for o in off).argmin())
     rest = _moved(poses[first:], last)
-    count = min(round(_FADE * motion.fps), len(rest))
-    fade = (1 - np.arange(1, count + 1) / (count + 1))[:, None] ** 2
-    rest[:count, 2:] += fade * (last - rest[0])[2:]
-    return rest
+    time = np.arange(1, len(rest))[:, None] / motion.fps
+    off, drift = last - rest[0], (step - rest[1] + rest[0]) * motion.fps
+    return rest[1:] + (off + (drift + _QUICK * off) * time) * np.exp(-_QUICK * time)
 
 
 def _moved(poses: np.ndarray, last: np.ndarray) -> np.ndarray:

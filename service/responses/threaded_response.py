@@ -19,14 +19,16 @@ class ThreadedResponse(Response):
     """A response whose body is produced in a worker thread while the client is connected.
 
     What `produce` raises before its first chunk becomes an error response. With `whole`, the body is sent at once, with
-    its length, otherwise each chunk when it is ready.
+    its length, as the response that `respond` makes of it, otherwise each chunk when it is ready.
     """
 
     def __init__(
-        self, worker_pool: WorkerPool, produce: Producer, media_type: str, headers: dict[str, str], *, whole: bool
-    ) -> None:
+        self, worker_pool: WorkerPool, produce: Producer, media_type: str, headers: dict[str, str], *, whole: bool,
+        respond: Callable[[bytes], Response] | None = None,
+    ) -> None:  # fmt: skip
         self.worker_pool, self.produce, self.whole = worker_pool, produce, whole
         self.status_code, self.media_type, self.background = 200, media_type, None
+        self.respond = respond or (lambda body: Response(body, headers=headers, media_type=media_type))
         self.given = headers  # without `body`: Starlette would add its length
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -54,7 +56,7 @@ class ThreadedResponse(Response):
             if gone.is_set():
                 return
             body.append(part)
-        await Response(b"".join(body), headers=self.given, media_type=self.media_type)(scope, receive, send)
+        await self.respond(b"".join(body))(scope, receive, send)
 
     async def _send_parts(self, parts: AsyncIterator[bytes], slot: Slot, send: Send, gone: threading.Event) -> None:
         started = False

@@ -21,10 +21,9 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "The stride. NPZ holds the arrays and numbers of the JSON by their names, NPY the poses, and "
         f"{MEDIA_TYPE} is read as a model's parameters are.",
-        "model": CycleResponse, "content": {NPY: _BINARY, NPZ: _BINARY, MEDIA_TYPE: _BINARY},
+        "model": CycleResponse, "content": {JSON: {}, NPY: _BINARY, NPZ: _BINARY, MEDIA_TYPE: _BINARY},
     },
-    304: {"description": "The stride has not changed (`If-None-Match`)."},
-    **documented(400, 401, 404, 406, 413, 415, 422, 429, 500, 503, 504),
+    **documented(400, 401, 404, 406, 412, 413, 415, 422, 429, 500, 503, 504),
 }  # fmt: skip
 
 
@@ -42,7 +41,7 @@ async def walk_in_place(request: Request, asked: CycleRequest) -> Response:
     if warning := model.extrapolation([asked.speed]):
         headers["Motion-Warning"] = warning
     if caching.etag_matches(request, headers["ETag"]):
-        return caching.not_modified(headers)
+        return caching.not_modified(request, headers)
     body = await service.worker_pool.run(lambda: encoded(*_made(model, asked), asked.model, media_type))
     return Response(body, headers=headers, media_type=media_type)
 

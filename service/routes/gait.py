@@ -18,8 +18,7 @@ router = APIRouter(prefix="/v1", tags=["motion"])
 @router.post(
     "/gait", summary="The gait of a walk",
     responses={
-        200: {"model": GaitReport}, 304: {"description": "The report has not changed (`If-None-Match`)."},
-        **documented(400, 401, 404, 413, 415, 422, 429, 500, 503, 504),
+        200: {"model": GaitReport}, **documented(400, 401, 404, 412, 413, 415, 422, 429, 500, 503, 504),
     },
 )  # fmt: skip
 async def analyse_gait(request: Request, asked: GaitRequest) -> Response:
@@ -32,7 +31,7 @@ async def analyse_gait(request: Request, asked: GaitRequest) -> Response:
     at_most(asked.frames, service.settings.max_frames, "/seconds", "seconds · fps", "frames", each=asked.fps)
     seed, etag, headers = await caching.seeded(request, asked)
     if caching.etag_matches(request, etag):
-        return caching.not_modified(headers)
+        return caching.not_modified(request, headers)
     body = await service.worker_pool.run(lambda: _report(asked, model, seed))
     return Response(body, headers=headers, media_type="application/json")
 

@@ -95,7 +95,7 @@ async def get_job(
 
 
 @router.get(
-    "/jobs/{job}/result", summary="Result of a job",
+    "/jobs/{job}/result", summary="Result of a job", response_class=Response,
     responses={
         200: {
             "model": schemas.Fitted | schemas.Inspection | schemas.CapturePoints,

@@ -10,7 +10,7 @@ from motionenv import Points, WalkerPrior
 from motionenv.lifting import Lifted, OtherView, gait_of, lift
 from motionenv.lifting.report import gait_page, to_dict
 from motionenv.types import MARKERS, POSE, Camera
-from service.errors import documented
+from service.errors import about, documented
 from service.formats import dumps
 from service.schemas.lift import LiftCamera, LiftRequest, LiftResponse
 from service.transport.access import EVERYTHING
@@ -31,14 +31,17 @@ async def lift_points(request: Request, asked: LiftRequest) -> Response:
 
 
 def _lifted(asked: LiftRequest, prior: WalkerPrior) -> bytes:
-    found = lift(
-        _points(asked), None if asked.view is None else math.radians(asked.view), prior=prior,
-        elevation=None if asked.elevation == "unknown" else math.radians(asked.elevation), scale=asked.scale,
-        camera=_camera(asked.camera), method=asked.method,
-        distortion=None if asked.camera is None else asked.camera.distortion, height=asked.height,
-    )  # fmt: skip
-    gait = gait_of(found) if asked.gait else None
-    return dumps(to_response(found) | {"gait": gait and to_dict(gait) | {"page": gait_page(gait)}})
+    with about("camera"):
+        camera = _camera(asked.camera)
+    with about("points"):
+        found = lift(
+            _points(asked), None if asked.view is None else math.radians(asked.view), prior=prior,
+            elevation=None if asked.elevation == "unknown" else math.radians(asked.elevation), scale=asked.scale,
+            camera=camera, method=asked.method, height=asked.height,
+            distortion=None if asked.camera is None else asked.camera.distortion,
+        )  # fmt: skip
+        gait = gait_of(found) if asked.gait else None
+        return dumps(to_response(found) | {"gait": gait and to_dict(gait) | {"page": gait_page(gait)}})
 
 
 def _points(asked: LiftRequest) -> Points:

@@ -52,7 +52,7 @@ async def get_model_file(request: Request, name: Fitted) -> Response:
     found = path.stat()
     headers = caching.cache_headers(caching.make_etag(str(found.st_mtime_ns)), control=REVALIDATED)
     if caching.etag_matches(request, headers["ETag"]):
-        return caching.not_modified(headers)
+        return caching.not_modified(request, headers)
     keep_one_range(request, found.st_size)
     return FileResponse(path, media_type=NPZ, headers=headers, stat_result=found, filename=f"{name}.npz")
 
@@ -93,5 +93,5 @@ def _answer(request: Request, told: BaseModel) -> Response:
     body = told.model_dump_json()
     headers = caching.cache_headers(caching.make_etag(body), control=REVALIDATED)
     if caching.etag_matches(request, headers["ETag"]):
-        return caching.not_modified(headers)
+        return caching.not_modified(request, headers)
     return Response(body, headers=headers, media_type="application/json")

@@ -48,7 +48,7 @@ async def get_parameters(request: Request, group: Group, name: Name) -> Response
         raise Problem(422, str(error), field="/name") from None
     headers = caching.cache_headers(tag, control=REVALIDATED)
     if caching.etag_matches(request, tag):
-        return caching.not_modified(headers)
+        return caching.not_modified(request, headers)
     return Response(body, headers=headers, media_type=MEDIA_TYPE)
 
 

@@ -24,7 +24,6 @@ _BYTES: dict[int | str, dict[str, Any]] = {
         "headers": {"ETag": {"description": "The same set gives the same bytes.", "schema": {"type": "string"}}},
         "content": {ZIP: {"schema": {"type": "string", "format": "binary"}}},
     },
-    304: {"description": "The set has not changed (`If-None-Match`)."},
 }
 
 
@@ -32,7 +31,7 @@ _BYTES: dict[int | str, dict[str, Any]] = {
     "/stimuli",
     summary="A set of point-light stimuli",
     response_class=Response,
-    responses={**_BYTES, **documented(400, 401, 404, 406, 413, 415, 422, 429, 500, 503, 504)},
+    responses={**_BYTES, **documented(400, 401, 404, 406, 412, 413, 415, 422, 429, 500, 503, 504)},
 )
 async def make_stimuli(request: Request, asked: StimuliRequest) -> Response:
     """Point-light walkers as experiments on perception show them, as a ZIP archive that comes while it is made.
@@ -47,7 +46,7 @@ async def make_stimuli(request: Request, asked: StimuliRequest) -> Response:
     versions = [registry.version(name) for name in models]
     headers = caching.cache_headers(caching.make_etag(request.scope["path"], *versions, await request.body()))
     if caching.etag_matches(request, headers["ETag"]):
-        return caching.not_modified(headers)
+        return caching.not_modified(request, headers)
 
     def produce(_: threading.Event) -> Iterator[bytes]:
         yield from zipped(asked, models.__getitem__)

@@ -4,6 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, Field, model_validator
 
+from motionenv import MotionError
 from service.schemas.common import ModelName, walk_request
 from service.schemas.synthesis import Deviation, Point, Radii, Row25, Score
 
@@ -29,7 +30,7 @@ class CycleRequest(walk_request("speed", "height", "weight", "person")):  # type
     def _one_walker(self) -> Self:
         given = [name for name in ("seed", "deviations", "scores") if getattr(self, name) is not None]
         if len(given) > 1:
-            raise ValueError(f"give one of seed, deviations and scores, got {' and '.join(given)}")
+            raise MotionError(f"give one of seed, deviations and scores, got {' and '.join(given)}", *given)
         return self
 
 

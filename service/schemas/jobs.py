@@ -99,9 +99,9 @@ class FitFields(FillFields):
     @model_validator(mode="after")
     def _axis(self) -> Self:
         if self.groups is not None and self.kind != "eigenwalkers":
-            raise ValueError("groups are only for eigenwalkers: leave them out")
+            raise MotionError("groups are only for eigenwalkers: leave them out", "groups", "kind")
         if self.groups is not None and len(self.groups) != 2:
-            raise ValueError(f"groups must be two, got {len(self.groups)}")
+            raise MotionError(f"groups must be two, got {len(self.groups)}", "groups")
         return self
 
 

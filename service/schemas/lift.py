@@ -4,6 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 
+from motionenv import MotionError
 from service.schemas.common import Request
 
 _MARKERS = 15
@@ -36,9 +37,11 @@ class LiftCamera(BaseModel):
     @model_validator(mode="after")
     def _whole_pose(self) -> Self:
         if (self.R is None) != (self.t is None):
-            raise ValueError("R and t belong together: give both, or leave both out if the pose isn't known")
+            told = "R and t belong together: give both, or leave both out if the pose isn't known"
+            raise MotionError(told, "R", "t")
         if self.R is not None and self.poses is not None:
-            raise ValueError("R and t are of a camera that stands, poses of one that moves: leave one of them out")
+            told = "R and t are of a camera that stands, poses of one that moves: leave one of them out"
+            raise MotionError(told, "R", "t", "poses")
         return self
 
 
@@ -69,9 +72,24 @@ class LiftRequest(Request):
     )
 
     @model_validator(mode="after")
+    def _one_method(self) -> Self:
+        """Free motion is lifted in perspective, a steady walk in parallel."""
+        parallel = [name for name in ("view", "scale") if getattr(self, name) is not None]
+        parallel += ["unit"] if self.unit == "m" else []
+        if self.method == "free" and parallel:
+            told = "free motion needs points in pixels, without view and scale: leave these out, or method"
+            raise MotionError(told, "method", *parallel)
+        if self.camera is not None and (self.method == "steady" or parallel):
+            given = ["method"] if self.method == "steady" else parallel
+            raise MotionError(
+                "a camera is of free motion: leave it out, or unit, method, view, scale", "camera", *given
+            )
+        return self
+
+    @model_validator(mode="after")
     def _scale_of_pixels(self) -> Self:
         if self.scale is not None and self.unit == "m":
-            raise ValueError("scale is only for points in pixels: leave it out")
+            raise MotionError("scale is only for points in pixels: leave it out", "scale", "unit")
         return self
 
     @model_validator(mode="after")
@@ -80,8 +98,8 @@ class LiftRequest(Request):
         if self.feet is not None and len(self.feet) != len(self.points):
             raise ValueError(f"feet must have {len(self.points)} frames as points, got {len(self.feet)}")
         if poses is not None and len(poses) != len(self.points):
-            raise ValueError(f"camera.poses must have one pose for each of the {len(self.points)} frames, "
-                             f"got {len(poses)}")  # fmt: skip
+            told = f"camera.poses must have one pose for each of the {len(self.points)} frames, got {len(poses)}"
+            raise MotionError(told, "camera.poses", "points")
         return self
 
 

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, Field, model_validator
 
 import motionenv
+from motionenv import MotionError
 from motionenv.arguments import WALK_ARGUMENTS
 from motionenv.types import SECONDS_MOST, Motion
 from service.schemas.common import ModelName, Request, Seed, WalkRequest
@@ -79,11 +80,11 @@ class SynthesisRequest(WalkRequest):
     def _possible(self) -> Self:
         """At least one frame, and one definition of the walker and of the speed."""
         if round(self.seconds * self.fps) < 1:
-            raise ValueError("seconds · fps must be at least one frame")
+            raise MotionError("seconds · fps must be at least one frame", "seconds", "fps")
         if self.deviations is not None and self.scores is not None:
-            raise ValueError("give either deviations or scores, not both")
+            raise MotionError("give either deviations or scores, not both", "deviations", "scores")
         if self.speed is not None and self.speeds is not None:
-            raise ValueError("give either speed or speeds, not both")
+            raise MotionError("give either speed or speeds, not both", "speed", "speeds")
         return self
 
     @property
@@ -95,7 +96,12 @@ class SynthesisRequest(WalkRequest):
         """The walk of a fitted model, or of a model's name or file."""
         how = self.model_dump(include={"deviations", "scores", "path", *WALK_ARGUMENTS})
         speed = self.speeds or self.speed
-        return motionenv.synthesize(model, self.seconds, self.fps, seed=seed, speed=speed, **how)
+        try:
+            return motionenv.synthesize(model, self.seconds, self.fps, seed=seed, speed=speed, **how)
+        except MotionError as error:
+            if self.speeds:
+                error.fields = tuple("speeds" if name == "speed" else name for name in error.fields)
+            raise
 
 
 Row25 = Annotated[list[float | None], Field(min_length=25, max_length=25)]

@@ -4,6 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 
+from motionenv import MotionError
 from motionenv.types import SECONDS_MOST
 from service.schemas.common import ModelName, Request, Seed
 from service.schemas.synthesis import Picture
@@ -34,7 +35,7 @@ class FromTree(Request):
     @model_validator(mode="after")
     def _one_start(self) -> Self:
         if self.history is not None and self.start is not None:
-            raise ValueError("give history or start, not both")
+            raise MotionError("give history or start, not both", "history", "start")
         return self
 
 

@@ -4,6 +4,7 @@ import base64
 import binascii
 import hashlib
 import hmac
+import re
 import time
 from collections.abc import MutableMapping
 from typing import Any, NamedTuple
@@ -19,6 +20,7 @@ from service.settings import Settings
 
 #: Paths without access control, for load balancers.
 FREE = ("/health/",)
+_HOST = re.compile(r"(\[[0-9a-f:.]+\]|[a-z0-9._-]+)(?::\d*)?")
 _CHALLENGE = {"WWW-Authenticate": 'Basic realm="motionenv", Bearer realm="motionenv"'}
 
 
@@ -63,6 +65,7 @@ class AccessMiddleware:
         self.app = app
         self.digests = [_digest(key.get_secret_value().encode()) for key in settings.all_keys]
         self.admins = {digest.hex()[:8] for digest in self.digests[len(settings.keys) :]}
+        self.hosts = [host.lower() for host in trusted_hosts(settings)]
         self.origins = frozenset(origin.encode() for origin in settings.cors)
         self.max_json, self.max_upload = settings.max_json, settings.max_upload
         self.rate = RateLimitItemPerMinute(settings.rate) if settings.rate else None
@@ -70,10 +73,17 @@ class AccessMiddleware:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or refuse it."""
-        if scope["type"] not in ("http", "websocket") or scope["path"].startswith(FREE):
+        if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
         headers = dict(scope["headers"])
+        if not self._is_ours(headers.get(b"host", b"")):
+            told = "this service doesn't answer to this name: its operator can list it in hosts"
+            await _refuse(scope, receive, send, _Refusal(400, told, kind="wrong-host"))
+            return
+        if scope["path"].startswith(FREE):
+            await self.app(scope, receive, send)
+            return
         form = headers.get(b"content-type", b"").lower().startswith(b"multipart/form-data")
         most = self.max_upload if form else self.max_json
         if self.rate is not None:
@@ -84,17 +94,26 @@ class AccessMiddleware:
         chunked = b"transfer-encoding" in headers
         await self.app(scope, _limited(receive, most) if chunked else receive, send)
 
+    def _is_ours(self, given: bytes) -> bool:
+        """Whether the header Host has one of `trusted_hosts`."""
+        if "*" in self.hosts:
+            return True
+        name = _HOST.fullmatch(given.decode("latin1").lower())
+        host = name[1] if name else ""
+        return any(host == known or (known[:2] == "*." and host.endswith(known[1:])) for known in self.hosts)
+
     async def _refusal(self, scope: Scope, headers: dict[bytes, bytes], most: int) -> _Refusal | None:
-        if self.digests and not self._known(headers, scope):
+        known = not self.digests or self._known(headers, scope)
+        if self.rate is not None and not await self.limiter.hit(self.rate, _who(scope)):
+            wait = (await self._left(scope))[1]
+            return _Refusal(429, f"rate limit exceeded: retry in {wait} s", {"Retry-After": str(wait)})
+        if not known:
             if _key(headers) is None:
                 return _Refusal(401, "an API key is required: Authorization: Bearer <key>", _CHALLENGE, "no-key")
             unknown = {"WWW-Authenticate": f'{_CHALLENGE["WWW-Authenticate"]}, error="invalid_token"'}
             return _Refusal(401, "this service doesn't know this API key: check it", unknown, "unknown-key")
         if _is_cross_site(scope, headers) and not self.origins & {headers.get(b"origin"), b"*"}:
             return _Refusal(403, "cross-site requests are allowed only from origins in cors")
-        if self.rate is not None and not await self.limiter.hit(self.rate, _who(scope)):
-            wait = (await self._left(scope))[1]
-            return _Refusal(429, f"rate limit exceeded: retry in {wait} s", {"Retry-After": str(wait)})
         if int(headers.get(b"content-length", b"0")) > most:
             return _Refusal(413, f"the body must have at most {most} bytes", {"Connection": "close"})
         return None

@@ -41,6 +41,9 @@ def _accepts_gzip(scope: Scope) -> bool:
 
 
 def _weakened(headers: list[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:
+    """The headers of what was compressed: a weak ETag, and Vary without the name that Starlette adds once more."""
     if (b"content-encoding", b"gzip") not in headers:
         return headers
-    return [(name, b"W/" + value if name == b"etag" and value[:1] == b'"' else value) for name, value in headers]
+    once = lambda value: b", ".join(dict.fromkeys(value.split(b", ")))
+    weak = {b"etag": lambda value: b"W/" + value if value[:1] == b'"' else value, b"vary": once}
+    return [(name, weak.get(name, bytes)(value)) for name, value in headers]

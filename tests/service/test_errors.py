@@ -11,6 +11,7 @@ import motionenv
 from service import errors
 from service.errors import FieldProblem, ProblemDetail
 from tests.service.inside import answers
+from tests.service.waiting import until
 
 
 @pytest.mark.parametrize(
@@ -39,6 +40,62 @@ def test_what_is_wrong_is_told_by_field(server, body, field, status):
     problem = answer.json()
     assert problem["status"] == status
     assert field is None or field in [error["field"] for error in problem["errors"]]
+
+
+POINTS = [[[1.0, 2.0]] * 15] * 8
+K = [[500, 0, 100], [0, 500, 100], [0, 0, 1]]
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "fields"),
+    [
+        ("synthesis", {"speeds": [[0, 50]]}, ["/speeds"]),
+        ("synthesis", {"speeds": [[1, 1], [0, 1]]}, ["/speeds"]),
+        ("synthesis", {"speeds": [[0, 1]], "speed": 1}, ["/speed", "/speeds"]),
+        ("synthesis", {"path": [[0, 0], [0, 0]]}, ["/path"]),
+        ("synthesis", {"path": [[0, 0], [1, 0], [0, 0.1]]}, ["/path"]),
+        ("synthesis", {"path": [[x * 1e4, 0] for x in (1, -1, 1, -1)]}, ["/path"]),
+        ("synthesis", {"path": [[0, 0], [2, 0], [3, 1], [3, 3]], "speed": 3}, ["/path"]),
+        ("synthesis", {"deviations": [0.0] * 9}, ["/deviations"]),
+        ("synthesis", {"scores": [0.0], "deviations": [0.0]}, ["/deviations", "/scores"]),
+        ("synthesis", {"scores": [100.0] * 3}, ["/scores"]),  # without bounds, a kernel would never end
+        ("synthesis", {"scores": [1000.0] * 8, "model": "walk/prior"}, ["/scores"]),
+        ("synthesis", {"seconds": 0.001}, ["/seconds", "/fps"]),
+        ("cycles", {"seed": 1, "scores": [1.0]}, ["/seed", "/scores"]),
+        ("tree/samples", {"start": "nothing"}, ["/start"]),
+        ("tree/samples", {"start": "walk", "history": [[0.0] * 25] * 10}, ["/history", "/start"]),
+        ("tree/synthesis", {"start": "nothing"}, ["/start"]),
+        ("tree/synthesis", {"activity": "nothing"}, ["/activity"]),
+        ("lift", {"points": POINTS}, ["/points"]),
+        ("lift", {"points": [[[1, 2, 3]] * 15] * 8}, ["/points"]),
+        ("lift", {"points": POINTS, "unit": "m", "scale": 3}, ["/scale", "/unit"]),
+        ("lift", {"points": POINTS, "method": "free", "view": 3}, ["/method", "/view"]),
+        ("lift", {"points": POINTS, "camera": {"K": K}, "view": 3, "unit": "m"}, ["/camera", "/view", "/unit"]),
+        ("lift", {"points": POINTS, "camera": {"K": K}, "method": "steady"}, ["/camera", "/method"]),
+        ("lift", {"points": POINTS, "camera": {"K": K, "R": K}}, ["/camera/R", "/camera/t"]),
+        ("lift", {"points": POINTS, "camera": {"K": K, "R": K, "t": [0, 0, 0]}}, ["/camera"]),
+        ("lift", {"points": POINTS, "camera": {"K": K, "poses": []}}, ["/camera/poses", "/points"]),
+        ("stimuli", {"seconds": 0.001}, ["/seconds", "/fps"]),
+        ("stimuli", {"displays": [{"contrast": 0}]}, ["/displays/0/contrast", "/displays/0/background", "/displays"]),
+    ],
+)
+def test_what_is_wrong_together_is_told_of_each_field(server, path, body, fields):
+    more = {"fps": 30} if path == "lift" else {}
+    answers_ = []
+
+    def answered() -> bool:
+        answers_.append(server.http.post(f"/v1/{path}", json=more | body))
+        return answers_[-1].status_code != 503  # the tree is being made
+
+    until(answered, 180)
+    assert answers_[-1].status_code == 422
+    assert [error["field"] for error in answers_[-1].json()["errors"]] == fields
+
+
+def test_no_message_shows_numpy(server):
+    """Smoothing a speed may exceed it by its rounding, which nobody asked for."""
+    assert server.http.post("/v1/synthesis", json={"speeds": [[0, 1], [1, 0], [2, 3]]}).status_code == 200
+    assert "np." not in server.http.post("/v1/synthesis", json={"speeds": [[0, 3.5]]}).text
 
 
 @pytest.mark.parametrize("path", ["/v1/synthesis", "/v1/jobs/render"])
@@ -119,7 +176,7 @@ def test_documented_statuses_are_those_asked_for_and_403_with_401():
     [
         ("GET", "/nowhere", 404, "not found: /nowhere; see /docs"),
         ("PUT", "/v1/models", 405, "method PUT is not allowed"),
-        ("GET", "/v1/synthesis", 405, "method GET is not allowed"),
+        ("DELETE", "/v1/synthesis", 405, "method DELETE is not allowed"),
     ],
 )
 def test_what_there_is_not_is_a_problem_too(tmp_path, method, path, status, says):
@@ -129,7 +186,9 @@ def test_what_there_is_not_is_a_problem_too(tmp_path, method, path, status, says
     assert answer.headers["content-type"] == "application/problem+json"
     if status == 405:
         allowed = answer.headers["allow"].split(", ")
-        assert sorted(allowed) == {"/v1/models": ["GET", "HEAD", "POST"], "/v1/synthesis": ["POST"]}[path]
+        assert (
+            sorted(allowed) == {"/v1/models": ["GET", "HEAD", "POST"], "/v1/synthesis": ["GET", "HEAD", "POST"]}[path]
+        )
 
 
 def test_errors_of_the_library_are_the_clients():

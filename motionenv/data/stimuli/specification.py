@@ -6,6 +6,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from motionenv.data.record import Record, read_content
+from motionenv.errors import MotionError
 from motionenv.types import HEIGHT_RANGE, MARKERS, SPEED_RANGE
 
 _STIMULI = 400  # most in a set
@@ -77,9 +78,10 @@ class Display(Record):
     @model_validator(mode="after")
     def _possible(self) -> Self:
         if self.lifetime is not None and self.dots == len(MARKERS):
-            raise ValueError(f"lifetime needs fewer dots than {len(MARKERS)}: none is free to appear")
+            told = f"lifetime needs fewer dots than {len(MARKERS)}: none is free to appear"
+            raise MotionError(told, "lifetime", "dots")
         if not self.contrast or (self.background == 1 and self.contrast > 0) or (self.background == 0 > self.contrast):
-            raise ValueError("contrast must make dots differ from the background")
+            raise MotionError("contrast must make dots differ from the background", "contrast", "background")
         return self
 
     @property
@@ -116,9 +118,10 @@ class StimulusSet(Record):
     @model_validator(mode="after")
     def _possible(self) -> Self:
         if not 1 <= self.frames <= _FRAMES:
-            raise ValueError(f"seconds · fps must be from 1 to {_FRAMES} frames, got {self.frames}")
+            raise MotionError(f"seconds · fps must be from 1 to {_FRAMES} frames, got {self.frames}", "seconds", "fps")
         if self.stimuli > _STIMULI:
-            raise ValueError(f"a set has {_STIMULI} stimuli at most, got {self.stimuli}: people times displays")
+            told = f"a set has {_STIMULI} stimuli at most, got {self.stimuli}: people times displays"
+            raise MotionError(told, "people", "displays")
         return self
 
     @property

@@ -85,7 +85,8 @@ def _guessed(pixels: np.ndarray) -> np.ndarray:
 
 def _checked_intrinsics(inner: np.ndarray) -> np.ndarray:
     if inner.shape != (3, 3) or not np.isfinite(inner).all() or not inner[0, 0] > 0 < inner[1, 1]:
-        raise MotionError(f"camera must be a Camera or intrinsics (3, 3) in pixels, got {np.asarray(inner).tolist()}")
+        given = np.asarray(inner).tolist()
+        raise MotionError(f"camera must be a Camera or intrinsics (3, 3) in pixels, got {given}", "camera")
     return inner
 
 
@@ -93,9 +94,8 @@ def undistorted(points: np.ndarray, distortion: Sequence[float]) -> np.ndarray:
     """Ideal image points (..., 2) of distorted ones, by the fixed-point iteration of OpenCV's model."""
     given = np.asarray(distortion, dtype=float)
     if given.shape not in ((4,), (5,), (8,)) or not np.isfinite(given).all():
-        raise MotionError(
-            f"distortion must be 4, 5 or 8 finite numbers k1, k2, p1, p2[, k3[, k4, k5, k6]], got {given}"
-        )
+        expected = "4, 5 or 8 finite numbers k1, k2, p1, p2[, k3[, k4, k5, k6]]"
+        raise MotionError(f"distortion must be {expected}, got {given}", "camera.distortion")
     k1, k2, p1, p2, k3, k4, k5, k6 = np.append(given, np.zeros(8 - len(given)))
     ideal = points.copy()
     for _ in range(_UNDISTORTING):

@@ -69,7 +69,7 @@ def pace_of(speed: Any, seconds: float, length: float = np.inf) -> Pace:
     speeds = np.array([speed(float(t)) for t in asked], dtype=np.float64) if callable(speed) else _read(speed, asked)
     for value in (np.min(speeds), np.max(speeds)):
         checked_number(float(value), "speed", 0.0, SPEED_RANGE[1], SPEED_RANGE[2])
-    speeds = _or_rest(smooth(speeds, _EASE / _TICK))
+    speeds = _or_rest(np.minimum(smooth(speeds, _EASE / _TICK), speeds.max()))  # rounding may exceed it
     way = np.empty(len(times))
     way[: beyond + 1] = np.cumsum(speeds[: beyond + 1]) * _TICK
     way[: beyond + 1] -= way[beyond]
@@ -93,7 +93,7 @@ def _read(speed, times: np.ndarray) -> np.ndarray:
     rows = np.array([[0.0, float(rows)]]) if rows.ndim == 0 else rows
     if rows.ndim != 2 or rows.shape[1] != 2 or not len(rows) or not (np.diff(rows[:, 0]) > 0).all():
         wanted = "a number, a function of the time, or rows (time, speed) with increasing times"
-        raise MotionError(f"speed must be {wanted}, got {speed!r}")
+        raise MotionError(f"speed must be {wanted}, got {speed!r}", "speed")
     return np.interp(times, *rows.T)
 
 

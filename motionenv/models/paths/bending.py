@@ -82,6 +82,7 @@ def _lean(path: WalkPath, along, speed) -> np.ndarray:
         at = np.unravel_index(np.abs(lean).argmax(), lean.shape)
         raise MotionError(
             f"speed {speed[at]:.2f} m/s is too fast for a turn with a radius of {1 / abs(curvature[at]):.2f} m: people "
-            f"would lean by {np.degrees(steepest):.0f}°; walk slower or on a rounder path"
+            f"would lean by {np.degrees(steepest):.0f}°; walk slower or on a rounder path",
+            "path",
         )
     return lean

@@ -50,7 +50,8 @@ class WalkPath(OneLine):
         if sharpest * LEAST_RADIUS > 1 + 1e-6:
             raise MotionError(
                 f"the path turns with a radius of {1 / sharpest:.2g} m, but people need {LEAST_RADIUS} m to walk: "
-                "make it rounder, or put its points further apart"
+                "make it rounder, or put its points further apart",
+                "path",
             )
 
     @classmethod
@@ -91,9 +92,12 @@ class WalkPath(OneLine):
         points = frozen(points, (None, 2), "points")
         steps = np.linalg.norm(np.diff(points, axis=0), axis=-1)
         if len(points) < 2 or not np.isfinite(points).all() or (steps == 0).any():
-            raise MotionError("points must be at least two finite (x, y) [m], of which no two in a row are equal")
+            raise MotionError(
+                "points must be at least two finite (x, y) [m], of which no two in a row are equal", "path"
+            )
         chords = np.concatenate([[0.0], np.cumsum(steps)])
-        checked_number(chords[-1], "the way through the points", above=0, high=_LONGEST, unit="metres")
+        if chords[-1] > _LONGEST:
+            raise MotionError(f"the way through the points must be {_LONGEST:g} m at most, got {chords[-1]:g}", "path")
         fine = np.linspace(0.0, chords[-1], 4 * _count(chords[-1]))
         velocity = CubicSpline(chords, points, bc_type="natural")(fine, 1)
         pace = np.linalg.norm(velocity, axis=-1)

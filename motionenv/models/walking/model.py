@@ -44,6 +44,7 @@ _TOGETHER = 16  # walkers per thread, enough to pay for it
 _USUAL = 8  # components
 _LEG = [NODES.index("left_knee"), NODES.index("left_ankle")]
 _SHORTEST = 0.5  # stride time [s]
+_STRIDES = (0.05, 60.0)  # [s]; adults have 0.6 to 2.3 at 5 standard deviations, who is 0.5 m tall and fast 0.2
 _WHOLE = 0.8  # least share of the samples that its walk could show, for a cycle to tell how cycles vary
 _UNEVEN = 3.0  # times the median trial's variance between cycles
 _DRAWN = 300  # walks that tell how long strides are
@@ -482,8 +483,9 @@ class WalkingModel(GaitModel):
         seconds, want = np.asarray(stride.seconds), (n, self.fpca_.n_components_)
         if np.shape(stride.scores) != want or not np.isfinite(stride.scores).all() or seconds.shape != (n,):
             raise MotionError(f"stride must hold finite scores {want} and stride times ({n},), as sample() draws them")
-        if not (0.0 < seconds.min() and seconds.max() < np.inf):
-            raise MotionError(f"stride times must be finite and above 0 s, got {seconds.min()!r} to {seconds.max()!r}")
+        if not _STRIDES[0] <= seconds.min() <= seconds.max() <= _STRIDES[1]:
+            told = f"stride times must be from {_STRIDES[0]:g} to {_STRIDES[1]:g} s, got {seconds.min():.2g} to"
+            raise MotionError(f"{told} {seconds.max():.2g}: take scores nearer to the average", "scores")
 
     def _check_fitted(self) -> None:
         if not hasattr(self, "fpca_"):

@@ -147,8 +147,9 @@ def test_smoothing_is_scipys(deviation):
     [
         ({"scores": np.zeros((1, 9))}, r"scores \(1, 8\)"),
         ({"scores": np.full((1, 8), np.nan)}, "finite scores"),
-        ({"seconds": np.zeros(1)}, "above 0 s"),
-        ({"seconds": np.array([np.nan])}, "above 0 s"),
+        ({"seconds": np.zeros(1)}, "from 0.05 to 60 s"),
+        ({"seconds": np.array([np.nan])}, "from 0.05 to 60 s"),
+        ({"seconds": np.array([1e-9])}, "nearer to the average"),
     ],
 )
 def test_walkers_that_cannot_be_are_refused(model, change, names):

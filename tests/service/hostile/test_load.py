@@ -56,6 +56,21 @@ def test_more_films_than_there_are_places_are_refused_and_health_is_told(small, 
     assert memory(small) - before < 40
 
 
+@pytest.mark.slow
+def test_what_films_take_is_given_back(serving, tmp_path):
+    """glibc kept 100 MB and more of films as large as these in its threads' arenas."""
+    large = FILM | {"picture": {"width": 1280, "height": 720}}
+    film = lambda what: httpx.post(f"{server.url}/v1/synthesis", json=what, headers=MP4, timeout=300).raise_for_status()
+    with serving(tmp_path, threads=2) as server:
+        until(lambda: server.http.post("/v1/tree/samples", json={}).status_code == 200, 180)  # what is loaded late
+        for size in ((64, 48), (640, 480)):  # libraries and kernels
+            film(FILM | {"picture": {"width": size[0], "height": size[1]}})
+        before = memory(server)
+        with ThreadPoolExecutor(4) as pool:
+            list(pool.map(lambda seed: film(large | {"seed": seed}), range(8)))
+        until(lambda: memory(server) - before < 50, 10)
+
+
 def test_without_a_key_nothing_of_the_document_answers(locked):
     paths = locked.http.get("/openapi.json").json()["paths"]
     asked = [(path, method) for path, methods in paths.items() for method in methods]
@@ -75,7 +90,7 @@ def asking(server, body: bytes, accept: bytes = b"*/*") -> socket.socket:
 
 @pytest.mark.parametrize("accept", [b"video/mp4", b"image/gif"])
 def test_clients_that_ask_and_hang_up_leave_nothing_running(small, accept):
-    body = b'{"seed":1,"seconds":60,"fps":30,"picture":{"width":640,"height":480}}'
+    body = b'{"seed":1,"seconds":60,"fps":30,"picture":{"width":192,"height":144}}'
     clients = [asking(small, body, accept) for _ in range(5)]
     until(lambda: requests_running(small) == 5)
     for client in clients:

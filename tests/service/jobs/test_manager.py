@@ -1,7 +1,9 @@
 """What lies between requests and jobs: refusals before any work, and jobs found again."""
 
 import asyncio
+import contextlib
 import fcntl
+import sqlite3
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -103,6 +105,20 @@ def test_more_jobs_than_may_wait_are_refused_before_and_after_their_body(tmp_pat
             with pytest.raises(Problem, match="2 jobs are queued already; retry in 10 s") as busy:
                 refusing()
             assert (busy.value.status_code, busy.value.headers["Retry-After"]) == (503, "10")
+
+
+def test_who_comes_when_the_queue_is_full_is_told_when_there_is_a_place(tmp_path):
+    """Fits of 3 and of 9 minutes took 6 in the mean, on two processes: 3 minutes until one is done."""
+    with managing(tmp_path, job_waiting=1, job_processes=2) as manager:
+        for minutes in (3, 9):
+            job = add(manager, kind="render")
+            with contextlib.closing(sqlite3.connect(tmp_path / "jobs.sqlite")) as db, db:
+                ended = "UPDATE jobs SET status = 'done', started = 1000, ended = ? WHERE id = ?"
+                db.execute(ended, (1000 + 60 * minutes, job.id))
+        add(manager, kind="render")
+        with pytest.raises(Problem) as busy:
+            manager.check_open("render")
+        assert busy.value.headers["Retry-After"] == "180"
 
 
 def test_a_request_that_is_repeated_with_its_key_is_the_same_job(tmp_path):

@@ -43,6 +43,24 @@ def test_a_walk_that_changes_goes_on_where_it_was(model, change):
     assert (np.diff(poses[:, 0]) > -0.005).all()
 
 
+@pytest.mark.parametrize("fps", [60, 120])
+@pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers"])
+def test_a_change_of_speed_has_no_kink(model, fps):
+    """Around it, angles and the root's way bend no more than they do elsewhere in both walks."""
+    for moment in (1.1, 1.35, 1.6):
+        settings = StreamSettings(model=model, seed=1, fps=fps, speed=1.3)
+        stream, changed = Stream(motionenv.load, settings), round(moment * fps)
+        before = taken(stream, changed)
+        stream.change(settings.model_copy(update={"speed": 1.6}))
+        poses = np.concatenate([before, taken(stream, 3 * fps)])
+        bends = np.abs(np.diff(poses, 2, axis=0))
+        near = slice(changed - 2, changed + fps // 2)
+        own = np.delete(bends, near, axis=0).max(axis=0)
+        assert bends[near][:, 3:].max() < 1.1 * own[3:].max()
+        steps = np.linalg.norm(np.diff(poses[:, :2], axis=0), axis=1) * fps
+        assert np.abs(np.diff(steps))[near].max() < 0.5  # [m/s]: it stood still for a frame, which were 2.8
+
+
 def test_a_walk_without_end_is_longer_than_its_pieces():
     """Half a minute at a time, of another seed each, so that no piece is the one before."""
     stream = Stream(motionenv.load, StreamSettings(seed=1, fps=10, speed=1.2))

@@ -71,7 +71,7 @@ def test_a_camera_and_confidences_are_used(server):
         ({"unit": "cm"}, "/unit"),
         ({"view": 1e9}, "/view"),
         ({"points": [[[0, 0]] * 15] * 5}, "/points"),
-        ({"camera": {"K": np.eye(3).tolist(), "t": [0, 0, 0]}}, "/camera"),
+        ({"camera": {"K": np.eye(3).tolist(), "t": [0, 0, 0]}}, "/camera/R"),
     ],
 )
 def test_what_is_wrong_is_told(server, points, more, field):

@@ -24,7 +24,7 @@ def test_the_archive_is_the_one_that_python_makes(server):
     again = server.http.post("/v1/stimuli", json=told["set"], headers={"Accept": "application/zip"})
     assert again.content == got.content
     same = server.http.post("/v1/stimuli", json=ASKED, headers={"If-None-Match": got.headers["ETag"]})
-    assert same.status_code == 304
+    assert same.status_code == 412
 
 
 def test_what_is_wrong_is_named(server):

@@ -1,6 +1,7 @@
 """`POST /v1/synthesis`: every format read back, the same bytes each time, and limits before work."""
 
 import io
+import json
 import re
 
 import bvh
@@ -138,6 +139,12 @@ def test_other_walkers_walk(server, model):
     np.testing.assert_array_equal(told["poses"], motion.poses)
 
 
+@pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers", "walk/prior"])
+def test_defaults_are_right_for_any_walker(server, model):
+    for route in ("synthesis", "cycles", "gait"):
+        assert server.http.post(f"/v1/{route}", json={"model": model}).status_code == 200
+
+
 def test_a_tree_moves_too_and_refuses_what_it_has_not(server):
     answers = []
 
@@ -188,3 +195,56 @@ def test_who_walks_is_said_once_and_within_the_model(server):
     assert "8" in many.json()["detail"]
     (error,) = post(server, deviations=[9.0]).json()["errors"]
     assert (error["field"], error["bound"]) == ("/deviations/0", {"le": 5.0})
+
+
+def got(server, headers=(), **query):
+    """`GET /v1/synthesis`: what isn't text is JSON."""
+    text = {name: value if isinstance(value, str) else json.dumps(value) for name, value in query.items()}
+    return server.http.get("/v1/synthesis", params=text, headers={"Accept-Encoding": "identity", **dict(headers)})
+
+
+@pytest.mark.parametrize("media_type", ["application/json", "text/csv", "image/png", "image/gif"])
+def test_an_address_is_that_of_the_motion_that_is_posted(server, media_type):
+    asked = ASK | {"person": "woman", "deviations": None, "speed": None, "speeds": [[0, 0], [1, 1.2]],
+                   "path": [[0, 0], [2, 0.5]], "picture": SMALL}  # fmt: skip
+    answer = got(server, format=media_type, **asked)
+    posted = server.http.post("/v1/synthesis", json=asked, headers={"Accept": media_type})
+    assert (answer.status_code, answer.content) == (200, posted.content)
+    assert answer.content == got(server, {"Accept": media_type}, **asked).content
+    assert answer.headers["cache-control"] == "private, max-age=86400"
+    for given in (answer.headers["etag"], "*"):
+        again = got(server, {"If-None-Match": given}, format=media_type, **asked)
+        assert (again.status_code, again.content, again.headers["etag"]) == (304, b"", answer.headers["etag"])
+    assert got(server, format=media_type, **asked | {"seed": 4}).headers["etag"] != answer.headers["etag"]
+
+
+def test_a_walk_that_is_drawn_anew_is_not_kept(server):
+    one, other = got(server, seconds=0.5), got(server, {"If-None-Match": "*"}, seconds=0.5)
+    assert one.content != other.content
+    assert one.headers["cache-control"] == "no-store"
+
+
+def test_an_address_that_is_none_says_which_parameter(server):
+    for query, field in (({"fps": 999}, "fps"), ({"person": 3}, "person"), ({"speeds": [[1, 1], [0, 1]]}, "speeds"),
+                         ({"picture": {"width": 1}}, "picture.width"), ({"sped": 1}, "sped")):  # fmt: skip
+        answer = got(server, **query)
+        assert (answer.status_code, [e["field"] for e in answer.json()["errors"]]) == (422, [field])
+
+
+@pytest.mark.parametrize("media_type", ["video/mp4", "image/webp"])
+def test_parts_of_a_film_are_those_of_the_whole(server, media_type):
+    asked = {"seed": 3, "seconds": 0.5, "picture": SMALL, "format": media_type}
+    whole = got(server, **asked)
+    for text, expected in (("bytes=0-1", slice(0, 2)), ("bytes=100-", slice(100, None)), ("bytes=-7", slice(-7, None)),
+                           ("bytes=9-999999", slice(9, None))):  # fmt: skip
+        part = got(server, {"Range": text}, **asked)
+        assert (part.status_code, part.content) == (206, whole.content[expected])
+        first = range(len(whole.content))[expected].start
+        last = first + len(part.content) - 1
+        assert part.headers["content-range"] == f"bytes {first}-{last}/{len(whole.content)}"
+        assert part.headers["etag"] == whole.headers["etag"]
+    for text in ("bytes=0-", "bytes=0-1,3-4", "nonsense"):  # as the RFC allows
+        assert got(server, {"Range": text}, **asked).content == whole.content
+    beyond = got(server, {"Range": "bytes=9999999-"}, **asked)
+    assert (beyond.status_code, beyond.headers["content-range"]) == (416, f"bytes */{len(whole.content)}")
+    assert got(server, {"Range": "bytes=0-1", "If-Range": '"other"'}, **asked).content == whole.content

@@ -86,6 +86,6 @@ def test_motion_that_grows_is_that_of_python(server, asking, tree, walk):
     grown = tree.generator(walk, temperature=0.1, seed=5, target=target).motion(2.0)
     assert told.json()["poses"] == grown.poses.tolist()
     again = server.http.post("/v1/tree/synthesis", json=asked, headers={"If-None-Match": told.headers["etag"]})
-    assert again.status_code == 304
+    assert again.status_code == 412
     bvh = server.http.post("/v1/tree/synthesis", json=asked, headers={"Accept": "model/x-bvh"})
     assert bvh.text.startswith("HIERARCHY")

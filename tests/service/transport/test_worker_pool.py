@@ -2,6 +2,7 @@
 
 import asyncio
 import threading
+import time
 
 import pytest
 
@@ -50,7 +51,27 @@ def test_a_full_pool_refuses_with_503():
 
     held, refused = asyncio.run(filled())
     assert held == 3
-    assert (refused.status_code, refused.headers["Retry-After"]) == (503, "1")
+    assert (refused.status_code, refused.headers["Retry-After"]) == (503, "3")
+
+
+def test_who_is_refused_is_told_how_long_the_queue_takes():
+    """60 works that are before it take 30 times as long on two threads as one usually does."""
+
+    async def told(works: int, seconds: float) -> int:
+        pool, free = WorkerPool(2, 58), threading.Event()
+        for _ in range(works):
+            await pool.run(lambda: time.sleep(seconds))
+        waiting = [asyncio.create_task(pool.run(free.wait)) for _ in range(60)]
+        await asyncio.sleep(0)
+        with pytest.raises(Problem) as refused:
+            await pool.run(lambda: None)
+        free.set()
+        await asyncio.gather(*waiting)
+        pool.close()
+        return int(refused.value.headers["Retry-After"])
+
+    assert 4 <= asyncio.run(told(20, 0.1)) <= 7
+    assert 11 <= asyncio.run(told(12, 0.3)) <= 16
 
 
 def test_a_slot_that_is_lent_is_used_by_others():

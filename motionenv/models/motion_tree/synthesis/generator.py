@@ -135,7 +135,7 @@ class MotionGenerator:
     def target(self, target: Target) -> None:
         known = self._futures[0].activities
         if target.activity is not None and target.activity not in known:
-            raise MotionError(_unknown(target.activity, known))
+            raise MotionError(_unknown(target.activity, known), "activity")
         self._target = target
         self._activity = -1 if target.activity is None else known.index(target.activity)
         courses = [future.courses(self._activity, turns=target.heading is not None) for future in self._futures]
@@ -246,7 +246,7 @@ def start_window(tree: MotionTree, activity: str | None, rng: np.random.Generato
     """Position of a random window of an activity from which a motion can start; a MotionError for unknown ones."""
     future = future_cost_of(tree)
     if activity is not None and activity not in future.activities:
-        raise MotionError(_unknown(activity, future.activities))
+        raise MotionError(_unknown(activity, future.activities), "start")
     known = _STARTS.setdefault(tree, {})
     if activity not in known:
         known[activity] = _starts(tree, future, activity)
