@@ -94,17 +94,20 @@ class SilhouetteLikelihood(ImageLikelihood):
 
     def __init__(
         self, camera: Camera, skeleton: Skeleton | None = None, *, misses: float = 0.2, false_alarms: float = 0.1,
+        hidden: float | None = None,
         depth_noise: float = 0.05, outliers: float = 0.05, effective: float | None = EFFECTIVE,
         distance: float | None = None, still: bool = True, threads: int | None = None,
     ) -> None:  # fmt: skip
-        for name, rate in (("misses", misses), ("false_alarms", false_alarms), ("outliers", outliers)):
-            checked_number(rate, name, above=0, below=0.5)
+        rates = {"misses": misses, "false_alarms": false_alarms, "outliers": outliers, "hidden": hidden}
+        for name, rate in rates.items():
+            if rate is not None:
+                checked_number(rate, name, above=0, below=1 if name == "hidden" else 0.5)
         positive = {"depth_noise": depth_noise, "effective": effective, "distance": distance}
         for name, value in positive.items():
             if value is not None:
                 checked_number(value, name, above=0)
         self.skeleton = from_height() if skeleton is None else skeleton
-        self.misses, self.false_alarms = misses, false_alarms
+        self.misses, self.false_alarms, self.hidden = misses, false_alarms, hidden
         self.depth_noise, self.outliers = depth_noise, outliers
         self.effective, self.distance = effective, distance
         self.workers = Workers(threads, "estimation")
@@ -117,6 +120,7 @@ class SilhouetteLikelihood(ImageLikelihood):
         self._foreground: np.ndarray | None = None
         self._depth: np.ndarray | None = None
         self._odds: tuple[np.ndarray, float] | None = None
+        self._open: np.ndarray | None = None
         self._to_learn = False
 
     def observe(
@@ -255,9 +259,23 @@ class SilhouetteLikelihood(ImageLikelihood):
         return self._odds
 
     def _log_odds(self, p: np.ndarray) -> tuple[np.ndarray, float]:
-        misses, alarms = self.misses, self.false_alarms
+        misses: float | np.ndarray = self.misses
+        if self.hidden is not None:
+            misses = np.where(self._seen_at_or_below(p), misses, self.hidden)
+        alarms = self.false_alarms
         none = np.log(p * alarms + (1 - p) * (1 - alarms))
         return np.log(p * (1 - misses) + (1 - p) * misses) - none, float(none.sum())
+
+    def _seen_at_or_below(self, p: np.ndarray) -> np.ndarray:
+        """Where something that stands on the ground can't hide a body: whether foreground was seen at or below."""
+        pair = (p[:-1] > 0.5) & (p[1:] > 0.5)
+        now = np.zeros(p.shape, dtype=bool)
+        now[:-1], now[1:] = pair, now[1:] | pair
+        now = np.logical_or.accumulate(now[::-1])[::-1]
+        if self._open is not None and self.still and self._open.shape == now.shape:
+            now |= self._open
+        self._open = now
+        return now
 
     def _depths(self, observed: np.ndarray) -> tuple[Score, float]:
         from motionenv.likelihoods._depth_kernel import depth_sums
