@@ -38,7 +38,8 @@ _SIZE = 0.06  # standard deviation of the log of adults' statures
 # that nobody knows; and those by which who is in plain view is followed on, with less certainty.
 _CLEAR = {"misses": 0.1, "false_alarms": 0.02}
 _BEHIND = {"misses": 0.49, "false_alarms": 0.02, "hidden": 0.9}
-_FOLLOWED = 0.2, 0.1, 0.5
+_FOLLOWED = 0.2, 0.1
+_HIDDEN = 0.5
 _LOOKS = 1, 4, 12, 36  # numbers of frames after which the automatic start is made again, from all of them
 
 
@@ -216,7 +217,8 @@ class _Track:
             self._waiting = None
             chosen = self.likelihood
             if len(self._models) > 1 and isinstance(chosen, SilhouetteLikelihood):
-                chosen.misses, chosen.false_alarms, chosen.hidden = _FOLLOWED
+                chosen.misses, chosen.false_alarms = _FOLLOWED
+                chosen.hidden = None if chosen.hidden is None else _HIDDEN
         assert self.belief is not None
         return self.belief
 
