@@ -96,6 +96,7 @@ def automatic_start(
         candidates: number of poses to return, equally weighted; likelier poses are repeated.
         model: `WalkingModel` of the hypotheses, or its name or path.
         size: standard deviation of the log of the body's size relative to the likelihood's skeleton; 0 if it is known.
+        place: log density (n,), up to a constant, of ground positions (n, 2) [m] in the first image; None is uniform.
         seed: int or Generator.
 
     Returns:
@@ -270,10 +271,13 @@ def _observed(likelihood: ImageLikelihood, observations: Sequence[Mapping[str, A
 
 
 def _scores(
-    bank: _Bank, walkers: _Hypotheses, pictures: Sequence[tuple[float, ImageLikelihood]], size: float,
+    bank: _Bank,
+    walkers: _Hypotheses,
+    pictures: Sequence[tuple[float, ImageLikelihood]],
+    size: float,
     place: Callable[[np.ndarray], np.ndarray] | None,
 ) -> np.ndarray:
-    """Log posterior (n,) given images, as (seconds after the first, likelihood that has observed it), and `size`."""
+    """Log posterior (n,) given images, as (seconds after the first, likelihood that has observed it), and priors."""
     total = -0.5 * (walkers.turn / TURN_RATE) ** 2
     total -= 0.5 * (np.log(walkers.size) / size) ** 2 if size else 0.0
     total += place(walkers.place) if place else 0.0

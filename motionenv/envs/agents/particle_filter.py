@@ -32,10 +32,11 @@ _NEAR = 2.5  # [m] farthest from where they were lost that people are found agai
 _AHEAD = 5.0  # [m] from the camera, where somebody is expected who isn't in the picture yet
 _ANYWHERE = np.concatenate([np.full(2, 2.0), np.zeros(3), [2.0], np.full(19, 0.1)])  # [m, rad] and his spread
 _DISTANCES = 0.3  # standard deviation of the log of people's distances, relative to that of the world's origin
-_STRAYED, _MISTAKEN = 1.0, -5.0
+_STRAYED = 1.0  # [m] standard deviation of how far somebody strays from where he was lost
+_MISTAKEN = -5.0  # log density, relative to the highest, at which somebody who was lost had been somewhere else
 _SIZE = 0.06  # standard deviation of the log of adults' statures
-# Rates of misses and false alarms by which a start is chosen: of who is in plain view, and of who walks behind things
-# that nobody knows; and those by which who is in plain view is followed on, with less certainty.
+# Rates by which a start is chosen, and somebody who was lost is found: of who is in plain view, and of who walks behind
+# things that nobody knows. Once found, people are followed with less certainty, behind things with _HIDDEN.
 _CLEAR = {"misses": 0.1, "false_alarms": 0.02}
 _BEHIND = {"misses": 0.49, "false_alarms": 0.02, "hidden": 0.9}
 _FOLLOWED = 0.2, 0.1
@@ -258,7 +259,8 @@ class _Track:
 
     def _searched(self, model: Likelihood, observations: list) -> Start:
         prior, seen = self.filter.prior, cast(ImageLikelihood, model)
-        place = partial(_log_place, seen.camera, None if self._waiting is not None else self.belief)
+        lost = None if self._waiting is not None else self.belief
+        place = None if self._given else partial(_log_place, seen.camera, lost)
         return automatic_start(
             seen, observations, fps=prior.fps, n=_SEARCHED, size=prior.size, place=place, seed=self._rng
         )
@@ -267,7 +269,8 @@ class _Track:
         """A new start from one picture, or None where it shows nobody, or nobody near one whose start was given."""
         seeing = copy(self.likelihood)
         if len(self._models) > 1 and isinstance(seeing, SilhouetteLikelihood):
-            seeing.misses, seeing.false_alarms, seeing.hidden = _BEHIND.values()
+            for name, rate in _BEHIND.items():
+                setattr(seeing, name, rate)
         try:
             found = self._searched(seeing, [observation])
         except MotionError:
