@@ -24,6 +24,11 @@ log-likelihood is the sum of log p(pixel | none) over the image plus the sum of 
 needs one pass over the outline. Pixels of known occluders are those of a mask with p = ½. (Estimating occluders from
 pixels that the posterior covers but that aren't foreground doesn't help: by then the posterior is wrong.)
 
+**Hidden parts.** Posts, boxes and bushes stand on the ground before the body, so that below a hidden pixel all others
+of its column are hidden as well. Where a still, level camera has seen foreground at a pixel or below it, now or before,
+the rate is therefore `misses`, elsewhere `hidden`. Near 1, a hidden pixel costs next to nothing, and somebody of whom
+only a sliver shows isn't better explained as somebody small and far away.
+
 **Depth.** Where both hypothesis and image have a body, the observed depth is Gaussian about the hypothesis', or, with
 probability `outliers`, uniform over `_DEPTH_RANGE` metres; misses and false alarms are as above.
 
@@ -74,6 +79,8 @@ class SilhouetteLikelihood(ImageLikelihood):
             the true body.
         misses: probability that a body pixel is seen as background, 0 to 0.5.
         false_alarms: probability that a background pixel is seen as foreground, 0 to 0.5.
+        hidden: `misses` of masks and colours where something that stands on the ground may hide the body, between 0 and
+            1; None supposes nothing of the kind.
         depth_noise: standard deviation of depths, from the sensor and the body's shape [m].
         outliers: probability that a depth is an outlier.
         effective: effective number of independent body pixels (see `EFFECTIVE`); None counts all pixels.
@@ -94,20 +101,24 @@ class SilhouetteLikelihood(ImageLikelihood):
 
     def __init__(
         self, camera: Camera, skeleton: Skeleton | None = None, *, misses: float = 0.2, false_alarms: float = 0.1,
-        depth_noise: float = 0.05, outliers: float = 0.05, effective: float | None = EFFECTIVE,
-        distance: float | None = None, still: bool = True, threads: int | None = None,
+        hidden: float | None = None, depth_noise: float = 0.05, outliers: float = 0.05,
+        effective: float | None = EFFECTIVE, distance: float | None = None, still: bool = True,
+        threads: int | None = None,
     ) -> None:  # fmt: skip
         for name, rate in (("misses", misses), ("false_alarms", false_alarms), ("outliers", outliers)):
             checked_number(rate, name, above=0, below=0.5)
+        if hidden is not None:
+            checked_number(hidden, "hidden", above=0, below=1)
         positive = {"depth_noise": depth_noise, "effective": effective, "distance": distance}
         for name, value in positive.items():
             if value is not None:
                 checked_number(value, name, above=0)
         self.skeleton = from_height() if skeleton is None else skeleton
-        self.misses, self.false_alarms = misses, false_alarms
+        self.misses, self.false_alarms, self.hidden = misses, false_alarms, hidden
         self.depth_noise, self.outliers = depth_noise, outliers
         self.effective, self.distance = effective, distance
         self.workers = Workers(threads, "estimation")
+        self._looking: list[float] = []
         self.still, self._caster = still, Raycaster(threads=1)
         self.look(camera)
         self.forget()
@@ -117,6 +128,7 @@ class SilhouetteLikelihood(ImageLikelihood):
         self._foreground: np.ndarray | None = None
         self._depth: np.ndarray | None = None
         self._odds: tuple[np.ndarray, float] | None = None
+        self._in_view = np.zeros((self.camera.height, self.camera.width), dtype=bool)
         self._to_learn = False
 
     def observe(
@@ -255,7 +267,12 @@ class SilhouetteLikelihood(ImageLikelihood):
         return self._odds
 
     def _log_odds(self, p: np.ndarray) -> tuple[np.ndarray, float]:
-        misses, alarms = self.misses, self.false_alarms
+        pairs = (p[:-1] > 0.5) & (p[1:] > 0.5)  # a single pixel may be noise
+        above = np.logical_or.accumulate(pairs[::-1])[::-1]
+        self._in_view[:-1] |= above
+        self._in_view[1:] |= above
+        misses = self.misses if self.hidden is None else np.where(self._in_view, self.misses, self.hidden)
+        alarms = self.false_alarms
         none = np.log(p * alarms + (1 - p) * (1 - alarms))
         return np.log(p * (1 - misses) + (1 - p) * misses) - none, float(none.sum())
 
@@ -293,6 +310,9 @@ class SilhouetteLikelihood(ImageLikelihood):
         if not np.array_equal(camera.K[2], (0, 0, 1)) or abs(np.linalg.det(camera.K)) < 1e-12:
             raise MotionError(f"Camera.K must be invertible with last row (0, 0, 1), got {camera.K.tolist()}")
         self.camera = camera
+        looking = [camera.height, camera.width, *camera.K.flat, *camera.R.flat, *camera.t.flat]
+        if not self.still or looking != self._looking:
+            self._in_view, self._looking = np.zeros((camera.height, camera.width), dtype=bool), looking
         # Rotate the camera frame so that K is upper triangular; pixels don't change.
         angle = np.arctan2(-camera.K[1, 0], camera.K[1, 1])
         turn = np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])

@@ -8,7 +8,7 @@ of hypotheses is effective, resamples them; noise that decreases from round to r
 2005). The remaining hypotheses are the candidates. If left and right are ambiguous, both remain.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -83,7 +83,7 @@ class _Bank:
 def automatic_start(
     likelihood: ImageLikelihood, observations: Sequence[Mapping[str, Any]], *, fps: float = 30.0, n: int = 10_000,
     candidates: int = 256, model: WalkingModel | str = "walk/fpca", size: float = 0.0,
-    seed: int | np.random.Generator | None = None,
+    place: Callable[[np.ndarray], np.ndarray] | None = None, seed: int | np.random.Generator | None = None,
 ) -> Start:  # fmt: skip
     """Estimate candidates for the first pose from the first images.
 
@@ -96,6 +96,7 @@ def automatic_start(
         candidates: number of poses to return, equally weighted; likelier poses are repeated.
         model: `WalkingModel` of the hypotheses, or its name or path.
         size: standard deviation of the log of the body's size relative to the likelihood's skeleton; 0 if it is known.
+        place: log density (n,), up to a constant, of ground positions (n, 2) [m] in the first image; None is uniform.
         seed: int or Generator.
 
     Returns:
@@ -118,9 +119,9 @@ def automatic_start(
     walkers = _random_hypotheses(bank, likelihood, boxes, size, rng)
     for i in range(_ROUNDS):
         some = pictures[:: max(1, len(pictures) >> i)]
-        drawn = walkers.take(systematic(tempered(_scores(bank, walkers, some, size), _KEPT * n), n, rng))
+        drawn = walkers.take(systematic(tempered(_scores(bank, walkers, some, size, place), _KEPT * n), n, rng))
         walkers = _perturbed(bank, drawn, likelihood.camera, _COOLING**i, size, rng)
-    scores = _scores(bank, walkers, pictures, size)
+    scores = _scores(bank, walkers, pictures, size, place)
     best = walkers.take(systematic(tempered(scores, max(2.0, 0.5 * _KEPT * n)), candidates, rng))
     centre = likelihood.camera.centre[:2]
     farther = np.exp(_DISTANT * rng.standard_normal(candidates))[:, None]
@@ -270,11 +271,16 @@ def _observed(likelihood: ImageLikelihood, observations: Sequence[Mapping[str, A
 
 
 def _scores(
-    bank: _Bank, walkers: _Hypotheses, pictures: Sequence[tuple[float, ImageLikelihood]], size: float
+    bank: _Bank,
+    walkers: _Hypotheses,
+    pictures: Sequence[tuple[float, ImageLikelihood]],
+    size: float,
+    place: Callable[[np.ndarray], np.ndarray] | None,
 ) -> np.ndarray:
-    """Log posterior (n,) given images, as (seconds after the first, likelihood that has observed it), and `size`."""
+    """Log posterior (n,) given images, as (seconds after the first, likelihood that has observed it), and priors."""
     total = -0.5 * (walkers.turn / TURN_RATE) ** 2
     total -= 0.5 * (np.log(walkers.size) / size) ** 2 if size else 0.0
+    total += place(walkers.place) if place else 0.0
     for seconds, likelihood in pictures:
         seen = _poses(bank, walkers, seconds)
         seen = apparent(seen, walkers.size, likelihood.camera) if size else seen

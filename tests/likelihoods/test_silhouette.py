@@ -99,6 +99,41 @@ def test_silhouette_is_the_product_over_pixels(soft):
     assert np.allclose(model.log_likelihood(others), want, rtol=1e-9)
 
 
+def behind(mask, first, last, top):
+    """A mask of which a post or box from column `first` to `last` and from row `top` down hides what is behind it."""
+    seen = mask.copy()
+    seen[top:, first:last] = False
+    return seen
+
+
+def test_what_stands_on_the_ground_can_hide_only_what_is_not_above_something_seen():
+    """Pixel by pixel and column by column, from all pictures so far; another camera, or `forget`, begins anew."""
+    camera, others = CAMERAS["64"], walking(4, seed=9)
+    masks = [behind(m, 20, 34, 30) for m in drawn(walking(3, seed=8), camera).limbs > 0]
+    model = SilhouetteLikelihood(camera, misses=0.2, false_alarms=0.03, hidden=0.8, effective=None, threads=1)
+
+    def want(pictures):
+        scores = []
+        for limbs in drawn(others, camera).limbs > 0:
+            total = 0.0
+            for v, u in np.ndindex(64, 64):
+                seen = any((m[w, u] and m[w + 1, u]) and v <= w + 1 for m in pictures for w in range(63))
+                rate = (0.8 if seen else 0.2) if limbs[v, u] else 0.03
+                total += np.log(rate if pictures[-1][v, u] else 1 - rate)
+            scores.append(total)
+        return scores
+
+    for k, mask in enumerate(masks):
+        model.observe(mask=mask)
+        np.testing.assert_allclose(model.log_likelihood(others), want(masks[: k + 1]), rtol=1e-9)
+    model.forget()
+    model.observe(mask=masks[1])
+    np.testing.assert_allclose(model.log_likelihood(others), want(masks[1:2]), rtol=1e-9)
+    model.observe(mask=masks[0], camera=view(0.3, width=64, height=64, distance=4.5))
+    model.observe(mask=masks[2], camera=camera)
+    np.testing.assert_allclose(model.log_likelihood(others), want(masks[2:]), rtol=1e-9)
+
+
 def literal_depth(model, hypothesis, observed):
     total = 0.0
     for body, seen in zip(hypothesis.ravel().astype(float), observed.ravel().astype(float), strict=True):
@@ -241,6 +276,7 @@ def seeing():
         (lambda: seeing().observe(rgb=np.zeros((64, 64, 3))), "rgb must be uint8"),
         (lambda: seeing().observe(rgb=np.zeros((64, 32, 3), np.uint8)), r"\(64, 64\), got \(64, 32\)"),
         (lambda: SilhouetteLikelihood(np.eye(3)), "camera must be a Camera"),
+        (lambda: SilhouetteLikelihood(CAMERAS["64"], hidden=1.0), "hidden must be a number above 0 and below 1"),
         (lambda: SilhouetteLikelihood(CAMERAS["64"], misses=0.0), "misses must be a number above 0 and below 0.5"),
         (
             lambda: SilhouetteLikelihood(CAMERAS["64"], false_alarms=0.7),

@@ -93,6 +93,34 @@ def test_somebody_of_whom_a_part_is_hidden_is_not_taken_for_small_and_far(rows):
     assert abs(away) < 0.7  # of 5 m
 
 
+@pytest.mark.parametrize("hidden", [None, 0.9])
+def test_a_sliver_beside_a_post_is_a_hidden_person_only_for_who_expects_posts(hidden):
+    """Two columns of a person: somebody small who fills them, unless what stands before the rest costs nothing."""
+    walk = synthesize("walk/fpca", 1, 30, seed=3, height=1.7)
+    camera = view(0.0, width=64, height=64, distance=5.0)
+    masks = render(walk.poses[:4], walk.skeleton, camera).limbs > 0
+    first = np.nonzero(masks[0].any(axis=0))[0][0] + 3
+    masks[:, :, first:] = False
+    likelihood = SilhouetteLikelihood(camera, walk.skeleton, misses=0.49, false_alarms=0.02, hidden=hidden, threads=1)
+    start = automatic_start(likelihood, [{"mask": m} for m in masks], n=4000, size=0.06, seed=1)
+    away = np.median((start.poses[:, :3] - walk.poses[0, :3]) @ camera.R[2])
+    assert abs(away) < 0.5 if hidden else away > 5.0  # [m] of 5
+
+
+def test_a_known_place_decides_where_pictures_do_not():
+    """Somebody of unknown size, whose feet are hidden, is where he may be: the picture fits at 4.5 and at 6 m."""
+    walk = synthesize("walk/fpca", 1, 30, seed=3, height=1.7)
+    camera = view(0.0, width=96, height=96, distance=5.0)
+    mask = cut(render(walk.poses[:1], walk.skeleton, camera).limbs[0] > 0, (0.5, 1.0))
+    likelihood = SilhouetteLikelihood(camera, walk.skeleton, misses=0.49, false_alarms=0.02, threads=1)
+    for far in (4.5, 6.0):
+        start = automatic_start(
+            likelihood, [{"mask": mask}], n=2000, size=0.2, seed=1,
+            place=lambda at, far=far: -0.5 * ((np.hypot(*(at - camera.centre[:2]).T) - far) / 0.05) ** 2,
+        )  # fmt: skip
+        assert np.median(np.hypot(*(start.poses[:, :2] - camera.centre[:2]).T)) == pytest.approx(far, abs=0.15)
+
+
 def test_somebody_cut_by_the_edge_of_the_picture_is_as_near_as_he_is():
     walk = synthesize("walk/fpca", 1, 30, seed=3, height=1.7)
     camera = look_at((0.0, -2.4, 1.0), (0.3, 0.0, 0.9), width=96, height=96, fov_degrees=30.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from copy import copy, deepcopy
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -30,12 +31,16 @@ _SEARCHED = 4000  # hypotheses of an automatic start
 _NEAR = 2.5  # [m] farthest from where they were lost that people are found again
 _AHEAD = 5.0  # [m] from the camera, where somebody is expected who isn't in the picture yet
 _ANYWHERE = np.concatenate([np.full(2, 2.0), np.zeros(3), [2.0], np.full(19, 0.1)])  # [m, rad] and his spread
+_DISTANCES = 0.3  # standard deviation of the log of people's distances, relative to that of the world's origin
+_STRAYED = 1.0  # [m] standard deviation of how far somebody strays from where he was lost
+_MISTAKEN = -5.0  # log density, relative to the highest, at which somebody who was lost had been somewhere else
 _SIZE = 0.06  # standard deviation of the log of adults' statures
-# Rates of misses and false alarms by which a start is chosen: of who is in plain view, and of who walks behind things
-# that nobody knows; and those by which who is in plain view is followed on, with less certainty.
+# Rates by which a start is chosen, and somebody who was lost is found: of who is in plain view, and of who walks behind
+# things that nobody knows. Once found, people are followed with less certainty, behind things with _HIDDEN.
 _CLEAR = {"misses": 0.1, "false_alarms": 0.02}
-_BEHIND = {"misses": 0.49, "false_alarms": 0.02}
+_BEHIND = {"misses": 0.49, "false_alarms": 0.02, "hidden": 0.9}
 _FOLLOWED = 0.2, 0.1
+_HIDDEN = 0.5
 _LOOKS = 1, 4, 12, 36  # numbers of frames after which the automatic start is made again, from all of them
 
 
@@ -212,8 +217,9 @@ class _Track:
         if seen == _LOOKS[-1]:
             self._waiting = None
             chosen = self.likelihood
-            if len(self._models) > 1 and isinstance(chosen, SilhouetteLikelihood) and chosen.misses == _CLEAR["misses"]:
+            if len(self._models) > 1 and isinstance(chosen, SilhouetteLikelihood):
                 chosen.misses, chosen.false_alarms = _FOLLOWED
+                chosen.hidden = None if chosen.hidden is None else _HIDDEN
         assert self.belief is not None
         return self.belief
 
@@ -253,12 +259,20 @@ class _Track:
 
     def _searched(self, model: Likelihood, observations: list) -> Start:
         prior, seen = self.filter.prior, cast(ImageLikelihood, model)
-        return automatic_start(seen, observations, fps=prior.fps, n=_SEARCHED, size=prior.size, seed=self._rng)
+        lost = None if self._waiting is not None else self.belief
+        place = None if self._given else partial(_log_place, seen.camera, lost)
+        return automatic_start(
+            seen, observations, fps=prior.fps, n=_SEARCHED, size=prior.size, place=place, seed=self._rng
+        )
 
     def _found(self, observation: Mapping[str, Any]) -> Start | None:
         """A new start from one picture, or None where it shows nobody, or nobody near one whose start was given."""
+        seeing = copy(self.likelihood)
+        if len(self._models) > 1 and isinstance(seeing, SilhouetteLikelihood):
+            for name, rate in _BEHIND.items():
+                setattr(seeing, name, rate)
         try:
-            found = self._searched(self.likelihood, [observation])
+            found = self._searched(seeing, [observation])
         except MotionError:
             return None
         if not self._given or self.belief is None:
@@ -266,6 +280,19 @@ class _Track:
         # A head above a bush looks like somebody far away.
         away = np.hypot(*(found.poses - self.belief.mean)[:, :2].T)
         return found if np.median(away) < _NEAR else None
+
+
+def _log_place(camera: Camera, lost: Belief | None, places: np.ndarray) -> np.ndarray:
+    """Log density (n,) of places (n, 2) [m]: about as far away as the world's origin, and near one who was lost."""
+    centre = camera.centre
+    away = np.log(np.maximum(np.hypot(*(places - centre[:2]).T), 0.1) / np.linalg.norm(centre))
+    usual = -0.5 * (away / _DISTANCES) ** 2
+    if lost is None:
+        return usual
+    weights, where = np.exp(lost.log_weights), lost.poses[:, :2]
+    spread = np.sqrt(_STRAYED**2 + weights @ ((where - lost.mean[:2]) ** 2).sum(axis=1) / 2)
+    apart = np.hypot(*(places - lost.mean[:2]).T) / spread
+    return usual + np.logaddexp(-0.5 * apart**2, _MISTAKEN)
 
 
 def _check_moves_an_arm(prior: Prior, start: Start) -> None:

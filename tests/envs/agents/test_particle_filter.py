@@ -1,5 +1,6 @@
 """The agent with a particle filter in the real environments."""
 
+import gymnasium
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
@@ -70,6 +71,17 @@ def test_finds_the_start_itself_once_somebody_is_in_the_picture(hidden):
     assert np.mean(errors[hidden + 10 :]) < 0.12
     assert len(agent.beliefs) == 1
     assert not agent.beliefs[0].lost
+
+
+def test_somebody_behind_a_post_is_not_looked_for_far_beyond_it():
+    """A column of him shows, in which somebody four times as far away would fit: so he was found for 36 frames."""
+    env = gymnasium.make("motionenv/WalkerTracking-Medium-v1", split="train", disable_env_checker=True)
+    agent = TrackingAgent(env, n=300, seed=0)
+    observation, _ = env.reset(seed=1008)
+    agent.reset(observation)
+    for _ in range(12):
+        observation, _, _, _, info = env.step(agent.act(observation))
+    assert info["error"] < 0.8
 
 
 def test_goes_on_where_the_background_must_be_learned():
