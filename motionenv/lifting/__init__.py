@@ -17,6 +17,7 @@ maximum a posteriori.
 
 from motionenv.lifting.fourier_fit import Series, fourier_points
 from motionenv.lifting.free.lifter import FreeFit, OtherMotion, fit_freely
+from motionenv.lifting.gait import Cut, GaitEvent, LiftedGait, gait_of
 from motionenv.lifting.pipeline import Lifted, OtherView, lift
 from motionenv.lifting.posterior import MISFIT_LIMIT, WalkPosterior
 from motionenv.lifting.refinement import InitialEstimate, refine
@@ -26,9 +27,12 @@ from motionenv.lifting.views.unknown_view import Views, find_view
 
 __all__ = [
     "MISFIT_LIMIT",
+    "Cut",
     "FreeFit",
+    "GaitEvent",
     "InitialEstimate",
     "Lifted",
+    "LiftedGait",
     "OtherMotion",
     "OtherView",
     "Reconstruction",
@@ -38,6 +42,7 @@ __all__ = [
     "find_view",
     "fit_freely",
     "fourier_points",
+    "gait_of",
     "least_squares",
     "lift",
     "maximum_a_posteriori",

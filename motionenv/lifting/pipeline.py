@@ -11,6 +11,7 @@ from scipy.stats import chi
 
 from motionenv._core.precompilation import precompile
 from motionenv._core.representation import OneLine
+from motionenv._core.validation import checked_number, checked_whole
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.errors import MotionError
 from motionenv.lifting.fourier_fit import Series, fourier_points
@@ -26,7 +27,7 @@ from motionenv.models.eigenwalkers.fourier_series import FourierWalker
 from motionenv.models.eigenwalkers.locomotion import gait
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.models.registry import load
-from motionenv.types import MARKERS, Camera, Markers, Motion, Points
+from motionenv.types import HEIGHT_RANGE, MARKERS, Camera, Markers, Motion, Points
 
 _SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
 _PLAUSIBLE = 0.01  # least probability of an alternative view that is reported
@@ -106,6 +107,20 @@ class Lifted(OneLine):
         """(frames, 15, 3) [m]: `positions` about the pelvis ± band cover 90 % of true ones; NaN in frames `unlike`."""
         return np.where(self.unlike[:, None, None], np.nan, BAND * self._fit.deviations)
 
+    def draws(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """`count` motions (count, frames, 15, 3) [m] that the points may show, in the frame of `positions`.
+
+        They come from the posterior about `positions`: coordinates of a frame, frames and joints belong together in a
+        draw, so that angles, times and lengths can be taken from each. About the pelvis they spread as far as `band`
+        tells: the part of it that the network's and the detector's errors make lasts as long as the sequence does, and
+        so does the size of everything. Their memory is 360 bytes per draw and frame.
+
+        Args:
+            count: number of draws.
+            rng: source of randomness; the same state, the same draws.
+        """
+        return self._fit.draws(checked_whole(count, "count", 1), rng)
+
     @property
     def heading(self) -> np.ndarray:
         """Direction in which the body faces (frames,) [rad], about z from x."""
@@ -161,10 +176,7 @@ class Lifted(OneLine):
         found = self.posterior
         if found is not None:
             return gait(found.coefficients).motion(found.phases, self.points.fps, name=self.points.name)
-        places = self.positions
-        nodes = np.concatenate([places, places[:, _SHOULDERS].mean(axis=1, keepdims=True)], axis=1)
-        skeleton = fit_skeleton(nodes)
-        return Motion(fit_poses(nodes, skeleton, self.points.fps), skeleton, self.points.fps, self.points.name)
+        return motion_of(self.positions, self.points.fps, self.points.name)
 
     @property
     def _fit(self) -> WalkPosterior | FreeFit:
@@ -173,11 +185,19 @@ class Lifted(OneLine):
         return fit
 
 
+def motion_of(positions: np.ndarray, fps: float, name: str = "") -> Motion:
+    """Joint angles of the cylinder body that follow markers (frames, 15, 3) [m], with their limb lengths."""
+    nodes = np.concatenate([positions, positions[:, _SHOULDERS].mean(axis=1, keepdims=True)], axis=1)
+    skeleton = fit_skeleton(nodes)
+    return Motion(fit_poses(nodes, skeleton, fps), skeleton, fps, name)
+
+
 def lift(
     points: Points, alpha: float | None = None, *, prior: WalkerPrior | str = "walk/prior",
     elevation: float | None = 0.0, scale: float | None = None,
     camera: Camera | Sequence[Camera] | np.ndarray | None = None, distortion: Sequence[float] | None = None,
-    robust: bool = True, method: str = "auto", on_progress: Callable[[float], None] | None = None,
+    height: float | None = None, robust: bool = True, method: str = "auto",
+    on_progress: Callable[[float], None] | None = None,
 ) -> Lifted:  # fmt: skip
     """Reconstruct a person's motion in 3D from the 2D points of one camera, with uncertainties.
 
@@ -198,6 +218,8 @@ def lift(
         camera: pinhole camera with its pose in a world whose ground is z = 0, or one for each frame if it moves; its
             intrinsics (3, 3) [pixels] if the pose isn't known. None guesses intrinsics from the points.
         distortion: OpenCV's coefficients (k1, k2, p1, p2[, k3[, k4, k5, k6]]) of the camera's lens.
+        height: the person's stature [m], from which the size of free motion follows; by default that of an adult, or by
+            the floor if the camera's pose is known.
         robust: whether outliers of a steady walk are weighted down.
         method: "steady", "free", or "auto" as told above.
         on_progress: called now and then with the share of free motion that is done.
@@ -220,10 +242,16 @@ def lift(
         raise MotionError("free motion needs points in pixels, without alpha and scale: omit them, or method")
     if camera is not None and (method == "steady" or parallel):
         raise MotionError("a steady walk is lifted orthographically: omit camera, or method, alpha and scale")
+    if height is not None:
+        checked_number(height, "height", *HEIGHT_RANGE)
+        if steady:
+            raise MotionError("height is of free motion, lifted from pixels: omit it, or method, alpha and scale")
     check_points(points, scale)
     if steady:
         return _steady(model, points, alpha, elevation, scale, robust)
-    free = fit_freely(points, camera, distortion=distortion, elevation=elevation, on_progress=on_progress)
+    free = fit_freely(
+        points, camera, distortion=distortion, elevation=elevation, height=height, on_progress=on_progress
+    )
     return Lifted(swapped_back(points, free.swapped), free.swapped, free=free)
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from motionenv._core.representation import OneLine
 from motionenv.models.eigenwalkers.fourier_series import columns
@@ -13,6 +14,7 @@ BAND = 1.6448536269514722
 #: Misfit above which a walk is outside the prior's population: people left out reach 1.0, and all but some acted walks
 #: that are none like theirs have more than 1.3 (`motionenv bench lifting.misfit`).
 MISFIT_LIMIT = 1.2
+_SCATTER = 0.1  # strides over which what two harmonics leave of a motion is alike (deviation of a Gaussian)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -99,6 +101,19 @@ class WalkPosterior(OneLine):
         )
         variance = variance * self.inflation[:, None, None] + self.deviation[:, None, None] ** 2
         return np.sqrt(variance).swapaxes(0, 1)
+
+    def draws(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """`count` walks (count, frames, 15, 3) [m] as `positions`, spread as `deviations` tell."""
+        off = rng.multivariate_normal(np.zeros(len(self._joint)), self._joint, count, method="eigh")
+        time = (self.phases - self.phases.mean()) / (np.ptp(self.phases) / 2)
+        late = off[:, 226, None] + off[:, 227, None] * time
+        moved = np.einsum("th,nhmc->ntmc", columns(self.phases), off[:, :225].reshape(count, 5, 15, 3))
+        moved += late[..., None, None] * np.einsum("th,hmc->tmc", columns(self.phases, 1), self.coefficients)
+        width = _SCATTER * len(time) / max(np.ptp(self.phases) / (2 * np.pi), 1e-9)
+        scatter = gaussian_filter1d(rng.standard_normal((count, 3 * len(time), 15, 3)), width, axis=1)
+        scatter *= np.sqrt(2 * width * np.sqrt(np.pi))  # the filter's, of white noise far from its ends
+        scatter = scatter[:, len(time) : 2 * len(time)]
+        return self.positions + moved * np.sqrt(self.inflation)[:, None] + scatter * self.deviation[:, None]
 
     def _blocks(self) -> list[np.ndarray]:
         """Joint covariance of each marker's 15 coefficients and all other parameters."""

@@ -29,6 +29,8 @@ _ABSENT, _SHOWN, _LEAST = 2.0, 4, 5
 _ANKLE, _ANKLE_DEVIATION = 0.095, 0.02
 #: Deviation of the logarithm of adults' stature, women and men together (mean 1.69 m, deviation 0.095 m).
 _STATURE_DEVIATION = 0.056
+#: [m] stature of whose body unit is `BODY_UNIT`, and the deviation of its logarithm for people of one stature.
+_STATURE, _PROPORTIONS_DEVIATION = 1.72, 0.02
 #: Greatest surprise. People left out never exceed it as they were captured; clips of exaggerated styles do in 5 % of
 #: the frames, people who sit or cycle in 79 % and more (`motionenv bench free_walking.unlike`).
 SURPRISE = 0.17
@@ -80,6 +82,9 @@ class FreeFit(OneLine):
         surprise: (frames,) how unlike those of people who walk, turn or run the postures are; above `SURPRISE` too
             unlike for `deviations` to hold.
         other: the other motion that the points may show, if that is likely enough to be told.
+        posed: whether the camera's pose was known.
+        height: [m] the person's given stature; None if it wasn't.
+        bias: [m] by which a detector's joints are elsewhere for as long as the sequence lasts, as part of `deviations`.
     """
 
     positions: np.ndarray
@@ -94,6 +99,25 @@ class FreeFit(OneLine):
     focal: float
     surprise: np.ndarray
     other: OtherMotion | None = None
+    posed: bool = False
+    height: float | None = None
+    bias: float = 0.0
+    _stretches: tuple[tuple[Fit, slice], ...] = ()
+
+    def draws(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """`count` motions (count, frames, 15, 3) [m] from the posterior, as `motionenv.lifting.Lifted.draws`."""
+        lasting = rng.standard_normal((2, count, len(MARKERS), 3))
+        lasting[:, :, _M["pelvis"]] = 0.0
+        off = np.zeros((count, *self.positions.shape))
+        square = np.zeros(len(self.positions))
+        for fit, part in self._stretches:
+            ends = _ends(part.stop - part.start)
+            off[:, part] += self.unit * ends[:, None, None] * fit.draws(count, rng, lasting[0])
+            square[part] += ends**2
+        off /= np.sqrt(np.where(square > 0, square, np.nan))[:, None, None]  # where two are blended, as wide as one
+        off += self.bias * lasting[1][:, None]
+        size = np.exp(self.unit_deviation * rng.standard_normal(count))
+        return self.origin + size[:, None, None, None] * (self.positions - self.origin + off)
 
     @property
     def misfit(self) -> float:
@@ -136,14 +160,15 @@ def limb_lengths(positions: np.ndarray) -> dict[str, float]:
 
 def fit_freely(
     points: Points, camera: Camera | Sequence[Camera] | np.ndarray | None = None, *,
-    distortion: Sequence[float] | None = None, elevation: float | None = 0.0, network: PostureNetwork | None = None,
-    settings: Settings = DEFAULTS, on_progress: Callable[[float], None] | None = None,
+    distortion: Sequence[float] | None = None, elevation: float | None = 0.0, height: float | None = None,
+    network: PostureNetwork | None = None, settings: Settings = DEFAULTS,
+    on_progress: Callable[[float], None] | None = None,
 ) -> FreeFit:  # fmt: skip
     """Fit somebody's motion to `points` in pixels.
 
     Args:
         points: one person, in pixels.
-        camera, distortion, elevation, on_progress: as in `motionenv.lift`.
+        camera, distortion, elevation, height, on_progress: as in `motionenv.lift`.
         network: another one than the shipped one.
         settings: weights of the terms.
 
@@ -155,7 +180,7 @@ def fit_freely(
     with _libraries().limit(limits=1, user_api="blas"):  # threads would only wait for each other over small matrices
         if elevation is None and (camera is None or isinstance(camera, np.ndarray)):
             elevation = _elevation(network, points, camera, distortion)
-        return _fit(network, points, camera, distortion, elevation or 0.0, settings, on_progress)
+        return _fit(network, points, camera, distortion, elevation or 0.0, height, settings, on_progress)
 
 
 @cache
@@ -163,7 +188,9 @@ def _libraries() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-def _fit(network, points: Points, camera, distortion, elevation: float, settings: Settings, on_progress) -> FreeFit:
+def _fit(
+    network, points: Points, camera, distortion, elevation: float, height, settings: Settings, on_progress
+) -> FreeFit:
     """The fit as labelled, or as labels are continuous: the motion decides; and as `other` the mirror image, if likely.
 
     Labels are never overruled.
@@ -175,7 +202,7 @@ def _fit(network, points: Points, camera, distortion, elevation: float, settings
     def attempt(start: np.ndarray, **asked) -> FreeFit:
         fit = fit_labelled(
             network, swapped_back(points, start), camera, distortion=distortion, elevation=elevation,
-            settings=settings, **asked,
+            height=height, settings=settings, **asked,
         )  # fmt: skip
         return replace(fit, swapped=fit.swapped ^ start)
 
@@ -198,7 +225,7 @@ def _tell(on_progress: Callable[[float], None] | None, before: float, part: floa
 
 def fit_labelled(
     network: PostureNetwork, points: Points, camera: Any, *, distortion: Sequence[float] | None = None,
-    elevation: float = 0.0, settings: Settings = DEFAULTS, swaps: bool = True,
+    elevation: float = 0.0, height: float | None = None, settings: Settings = DEFAULTS, swaps: bool = True,
     tell: Callable[[float], None] = lambda share: None,
 ) -> FreeFit:  # fmt: skip
     """Fit all stretches, and find the size of everything; a camera that moves does so in metres, so once more then.
@@ -217,11 +244,11 @@ def fit_labelled(
         for part in sections:
             fits.append(_fitted(network, rays, points, part, settings, unit, swaps))
             tell((again + len(fits) / len(sections)) / passes)
-        units = np.array([_unit(one.fit, rays, part) for one, part in zip(fits, sections, strict=True)])
+        units = np.array([_unit(one.fit, rays, part, height) for one, part in zip(fits, sections, strict=True)])
         precision = 1 / units[:, 1] ** 2
         unit = float(np.exp((precision * np.log(units[:, 0])).sum() / precision.sum()))
-    joined = _joined(fits, sections, rays, unit, float(units[:, 1].min()))
-    return replace(joined, deviations=np.hypot(joined.deviations, _DETECTED)) if detected else joined
+    joined = replace(_joined(fits, sections, rays, unit, float(units[:, 1].min())), height=height)
+    return replace(joined, deviations=np.hypot(joined.deviations, _DETECTED), bias=_DETECTED) if detected else joined
 
 
 def _elevation(network: PostureNetwork, points: Points, camera, distortion) -> float:
@@ -313,9 +340,10 @@ def _surprise(fit: Fit, proposal: Proposal, fps: float) -> np.ndarray:
     return ndimage.uniform_filter1d(each, max(1, min(round(fps), len(each))), mode="nearest")
 
 
-def _unit(fit: Fit, rays: Rays, part: slice) -> tuple[float, float]:
-    """The body unit [m] and the deviation of its logarithm, from the floor and from people's statures."""
-    guesses = [(np.log(BODY_UNIT), _STATURE_DEVIATION)]
+def _unit(fit: Fit, rays: Rays, part: slice, stature: float | None) -> tuple[float, float]:
+    """The body unit [m] and the deviation of its logarithm, from the floor and from the stature, or people's."""
+    known = (np.log(BODY_UNIT * (stature or _STATURE) / _STATURE), _PROPORTIONS_DEVIATION)
+    guesses = [known if stature else (known[0], _STATURE_DEVIATION)]
     height = rays.origins[part, 2].mean()
     below = _ANKLE / BODY_UNIT - fit.floor
     if rays.posed and height > 0 and below > 0:
@@ -335,7 +363,7 @@ def _joined(stretches: list[_Stretch], sections, rays: Rays, unit: float, unit_d
     share, swapped = np.zeros(frames), np.zeros((frames, 2), dtype=bool)
     for stretch, part in zip(stretches, sections, strict=True):
         fit, length = stretch.fit, part.stop - part.start
-        ends = np.minimum(np.arange(length), np.arange(length)[::-1]) + 1.0
+        ends = _ends(length)
         values = {"positions": fit.places * unit + rays.origins[part].mean(axis=0),
                   "deviations": fit.deviations * unit, "contact": fit.contact, "weights": fit.weights,
                   "surprise": stretch.surprise}  # fmt: skip
@@ -351,5 +379,11 @@ def _joined(stretches: list[_Stretch], sections, rays: Rays, unit: float, unit_d
     noise = unit * float(np.mean([stretch.fit.noise for stretch in stretches]))
     return FreeFit(
         **total, swapped=swapped, unit=unit, unit_deviation=unit_deviation, noise=noise,
-        origin=rays.origins.mean(axis=0), focal=rays.focal,
+        origin=rays.origins.mean(axis=0), focal=rays.focal, posed=rays.posed,
+        _stretches=tuple((stretch.fit, part) for stretch, part in zip(stretches, sections, strict=True)),
     )  # fmt: skip
+
+
+def _ends(length: int) -> np.ndarray:
+    """Weights (length,) of a stretch's frames where stretches overlap: they fall towards both ends."""
+    return np.minimum(np.arange(length), np.arange(length)[::-1]) + 1.0

@@ -11,11 +11,13 @@ Gauss-Newton on all frames at once, in units of the body's size, in a frame whos
 The scale of the world is not known here: lengths are in body units, as the proposed postures are.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from scipy import ndimage
-from scipy.linalg.lapack import dpotrf, dpotrs
+from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
 
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS
@@ -80,6 +82,8 @@ class Fit:
         noise: standard deviation of a ray's error, relative to the body's apparent size.
         weights: (frames, 15) of the rays' robust loss, 0 for missing ones.
         limbs: (11,) lengths [body units].
+        unseen: (frames, 15) deviations of what lasts for seconds, as part of `deviations`.
+        equations: makes the normal equations of the last round anew, of which draws are taken.
     """
 
     places: np.ndarray
@@ -89,6 +93,16 @@ class Fit:
     weights: np.ndarray
     limbs: np.ndarray
     deviations: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    unseen: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    equations: "Callable[[], _System] | None" = None
+
+    def draws(self, count: int, rng: np.random.Generator, lasting: np.ndarray) -> np.ndarray:
+        """Errors (count, frames, 15, 3) [body units] that `places` may have; about the pelvis as `deviations` tell.
+
+        `lasting` (count, 15, 3) are standard normal numbers for what lasts as long as the frames do.
+        """
+        assert self.equations is not None
+        return self.equations().sample(count, rng) + lasting[:, None] * self.unseen[..., None]
 
 
 def smooth(
@@ -113,21 +127,15 @@ def smooth(
     fit = Fit(posture.copy(), np.zeros((len(rays), 2)), 0.0, noise, seen * precision, _lengths(posture))
     whole = fit.limbs[_SPINE].sum()
     distance = np.repeat((1 / size)[:, None], len(MARKERS), axis=1)
+    terms = partial(_assembled, rays, origins, posture, spread, fps, settings)
     for round_ in range(settings.rounds + 1):
-        system = _System(len(rays))
         expected = max(fit.noise, _FIRST_NOISE * _COOLING**round_) * size[:, None] * distance
-        system.rays(across, fit.weights / expected**2, origins)
-        system.posture(posture, 1 / (settings.posture * spread) ** 2)
-        system.velocity(posture, fps / settings.velocity / np.sqrt(fps))
-        system.pelvis(fps**1.5 / np.array(settings.acceleration))
-        if round_ > 0:
-            system.limbs(fit.places, fit.limbs, 1 / settings.limb)
-        if round_ > 1:
-            system.feet(fit.contact, fit.floor, 1 / settings.floor, np.sqrt(fps) / settings.sliding)
-        fit.places, covariance = system.solve(round_ == settings.rounds)
+        last = partial(terms, replace(fit), expected, round_)
+        fit.places, covariance = last().solve(round_ == settings.rounds)
         if covariance is not None:
-            unseen = _UNSEEN * _strangeness(fit, posture, spread) * spread
-            fit.deviations = np.sqrt(_about(covariance) + unseen[..., None] ** 2)
+            fit.unseen = _UNSEEN * _strangeness(fit, posture, spread) * spread
+            fit.deviations = np.sqrt(_about(covariance) + fit.unseen[..., None] ** 2)
+            fit.equations = last
             break
         off = ((across @ (fit.places - origins[:, None])[..., None]) ** 2).sum(axis=(-2, -1)) / expected**2
         fit.weights = seen * precision / (1 + off * precision / _TAIL) ** 2
@@ -136,6 +144,22 @@ def smooth(
         fit.limbs *= whole / fit.limbs[_SPINE].sum()  # proportions only: else the body grows from round to round
         fit.contact, fit.floor = contacts(fit.places, fps)
     return fit
+
+
+def _assembled(
+    rays, origins, posture, spread, fps: float, settings: Settings, fit: Fit, expected, round_: int
+) -> "_System":
+    """The normal equations of a round, linearised at `fit`, with deviations (frames, 15) of the rays `expected`."""
+    system = _System(len(rays))
+    system.rays(_across(np.nan_to_num(rays)), fit.weights / expected**2, origins)
+    system.posture(posture, 1 / (settings.posture * spread) ** 2)
+    system.velocity(posture, fps / settings.velocity / np.sqrt(fps))
+    system.pelvis(fps**1.5 / np.array(settings.acceleration))
+    if round_ > 0:
+        system.limbs(fit.places, fit.limbs, 1 / settings.limb)
+    if round_ > 1:
+        system.feet(fit.contact, fit.floor, 1 / settings.floor, np.sqrt(fps) / settings.sliding)
+    return system
 
 
 def _strangeness(fit: Fit, posture: np.ndarray, spread: np.ndarray) -> float:
@@ -290,6 +314,13 @@ class _System:
         places, spread = solve(own, next_, self.second, pelvis, self.right.reshape(-1, n), covariance)
         return places.reshape(self.right.shape), spread
 
+    def sample(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Draws (count, frames, 15, 3) from the Gaussian whose precision these equations are, about its mean."""
+        n = 3 * len(MARKERS)
+        own, next_ = (blocks.reshape(-1, n, n) for blocks in (self.own, self.next))
+        pelvis = slice(3 * _PELVIS, 3 * _PELVIS + 3)
+        return sample(own, next_, self.second, pelvis, count, rng).reshape(count, *self.right.shape)
+
     @staticmethod
     def _add(blocks: np.ndarray, graph: np.ndarray) -> None:
         """Add a coupling of markers (..., 15, 15) that is the same along each axis."""
@@ -332,6 +363,23 @@ def solve(
         if k < frames - 1:
             values[k] -= gains[k] @ _later(values, k, few)
     return values, _covariances(factors, gains, few) if covariance else None
+
+
+def sample(
+    diagonal: np.ndarray, next_: np.ndarray, second: np.ndarray, few: slice, count: int, rng: np.random.Generator
+) -> np.ndarray:
+    """Draws (count, frames, n) from the Gaussian of mean 0 whose precision is the matrix of `solve`.
+
+    Backwards, each frame is drawn given the later ones. All other arguments are as of `solve`.
+    """
+    frames, n = diagonal.shape[:2]
+    factors, gains = _eliminated(diagonal, next_, second, few, np.zeros((frames, n)))
+    drawn = rng.standard_normal((frames, n, count))
+    for k in range(frames - 1, -1, -1):
+        drawn[k] = dtrtrs(factors[k], drawn[k], lower=True, trans=1)[0]
+        if k < frames - 1:
+            drawn[k] -= gains[k] @ _later(drawn, k, few)
+    return np.moveaxis(drawn, -1, 0)
 
 
 def _later(values: np.ndarray, k: int, few: slice) -> np.ndarray:

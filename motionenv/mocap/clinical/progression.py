@@ -9,12 +9,13 @@ _AXIS = np.radians(15.0)  # laboratories align their walkway with an axis; withi
 _SECONDS = 0.5  # standard deviation of the smoothing of a curved path's direction
 
 
-def progression(pelvis: np.ndarray, rotation: np.ndarray, fps: float) -> np.ndarray:
+def progression(pelvis: np.ndarray, rotation: np.ndarray, fps: float, *, axes: bool = True) -> np.ndarray:
     """Rotation of the frame of progression to the world (frames, 3, 3), x forward and z up, at `fps` [Hz].
 
     Of a straight walk, the direction is that of travel or, within 15 degrees of it, the laboratory's axis, as in
     Plug-in Gait. Of a curved one it is the direction of travel at each time, and of who stands the laboratory's axis
-    that the `pelvis`, with origin (frames, 3) [m] and `rotation` (frames, 3, 3), segment → world, faces.
+    that the `pelvis`, with origin (frames, 3) [m] and `rotation` (frames, 3, 3), segment → world, faces. Without the
+    laboratory's `axes`, as of a film, these directions are as they are.
     """
     known = np.isfinite(pelvis).all(-1) & np.isfinite(rotation).all((-1, -2))
     if not known.any():
@@ -24,9 +25,9 @@ def progression(pelvis: np.ndarray, rotation: np.ndarray, fps: float) -> np.ndar
     length = np.linalg.norm(np.diff(smooth, axis=0), axis=-1).sum()
     net = smooth[-1] - smooth[0]
     if length < _WALKS:
-        angles = np.full(len(path), _snapped(rotation[known, :2, 0].mean(0), np.pi / 4))
+        angles = np.full(len(path), _snapped(rotation[known, :2, 0].mean(0), np.pi / 4 if axes else 0.0))
     elif np.linalg.norm(net) >= _STRAIGHT * length:
-        angles = np.full(len(path), _snapped(net, _AXIS))
+        angles = np.full(len(path), _snapped(net, _AXIS if axes else 0.0))
     else:
         way = np.gradient(smooth, axis=0)
         angles = np.arctan2(way[:, 1], way[:, 0])

@@ -1,0 +1,385 @@
+"""Gait of a lifted person: joint angles, events and step parameters, each with what the lifting leaves uncertain.
+
+Everything is computed on the estimate and on draws from its posterior (`Lifted.draws`). The draws' spread about the
+estimate is the lifting's uncertainty: of an angle, an event's time, or a mean over strides. A parameter's interval adds
+the spread of the strides, as the law of total variance has it.
+
+    >>> from motionenv.lifting import gait_of, lift
+    >>> walk = gait_of(lift(motionenv.read_points("keypoints.json", fps=30)))        # doctest: +SKIP
+    >>> walk["left_knee_flexion"], walk.band("left_knee_flexion")                   # doctest: +SKIP
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.special import stdtrit
+
+from motionenv._core.representation import OneLine, counted
+from motionenv._core.rotations import to_euler
+from motionenv._core.validation import checked_whole
+from motionenv.errors import GapError
+from motionenv.gait.events import find_events, walks_backwards
+from motionenv.gait.feet import Feet, bridged
+from motionenv.gait.stretches import Stretch, find_stretches, on_treadmill
+from motionenv.gait.strides import Stride, find_strides, mean_and_sd, normalised
+from motionenv.gait.summary import Parameter, summarise
+from motionenv.gait.trial import ANGLES
+from motionenv.lifting.pipeline import Lifted, motion_of
+from motionenv.lifting.posterior import BAND
+from motionenv.mocap.clinical import CLINICAL_ANGLES, clinical_angles
+from motionenv.mocap.clinical.gait_model import SIGN, frame
+from motionenv.mocap.clinical.progression import progression
+from motionenv.types import MARKERS
+
+_M = {name: i for i, name in enumerate(MARKERS)}
+_TRUNK = ("trunk_tilt", "trunk_obliquity", "trunk_rotation")
+#: Angles of one side: those of `motionenv.gait`, and the trunk's against the direction of progression.
+SIDE_ANGLES = (*ANGLES, *_TRUNK)
+#: Angles of both sides, in the order of `LiftedGait.angles`.
+NAMES = tuple(f"{side}_{name}" for side in ("left", "right") for name in SIDE_ANGLES)
+_UNKNOWN = {
+    "pelvis_tilt": "two hips and the point between them don't show how far the pelvis tilts forward",
+    "hip_rotation": "a thigh is seen as a line, which looks the same however it turns about itself",
+    "knee_adduction": "the knee of the lifted body is a hinge",
+    "knee_rotation": "the knee of the lifted body is a hinge",
+    "ankle_dorsiflexion": "the points show no heels and toes",
+    "ankle_adduction": "a foot is seen as a line, which looks the same however it turns about itself",
+    "ankle_rotation": "a foot is seen as a line, which looks the same however it turns about itself",
+    "foot_progression": "the points show no heels and toes",
+}
+_FEWEST = 8  # draws
+_FINE = 100.0  # [Hz] at least, to which paths are interpolated: contacts are then as exact as at that rate
+#: [s] by which contacts and toe-offs of ankles are late, and the deviation of both: on 11 recordings of laboratories and
+#: CMU's, joints alone, at 30 Hz (`motionenv bench mocap.events`).
+_LATE = {"initial_contact": 0.013, "toe_off": -0.045}
+_EVENT = 0.025
+_SAME = 0.2  # [s] within which a draw's event is that of the estimate
+_HIDDEN = 0.5  # [s] for which a joint of a leg may be hidden before what follows from it is cut out
+#: Half width [degrees] of its 90 % band from which on an angle is undetermined; half of how much hips and knees move.
+_WIDEST = {"hip_flexion": 20.0, "knee_flexion": 30.0}
+_WIDE = 15.0
+#: How often the error of events against each other is in a share of the cycle, which doesn't average out.
+_OF_EVENTS = {"stance": 1, "swing": 1, "single_support": 1, "double_support": 2}
+
+
+@dataclass(frozen=True, repr=False)
+class GaitEvent(OneLine):
+    """An "initial_contact" or "toe_off" (`kind`) of a `side`, at `time` ± `deviation` [s since the first frame].
+
+    `share` of the draws have it: in the others, the foot doesn't seem to step there.
+    """
+
+    kind: str
+    side: str
+    time: float
+    deviation: float
+    share: float
+
+
+@dataclass(frozen=True, repr=False)
+class Cut(OneLine):
+    """What is cut out from `start` to `end` [s] since the first frame, and `why`."""
+
+    start: float
+    end: float
+    why: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LiftedGait(OneLine):
+    """The gait of a lifted person.
+
+    Attributes:
+        lifted: of whom.
+        angles: (frames, 32) [degrees] in the order of `NAMES`, with the signs of `motionenv.gait`; NaN where they are
+            undetermined or cut out.
+        deviations: (frames, 32) [degrees] their standard deviations.
+        events: initial contacts and toe-offs in the order of time.
+        stretches, strides: what the estimate does, and its strides.
+        parameters: step parameters; `low` and `high` are 90 % intervals of the mean that hold both the strides' spread
+            and the lifting's uncertainty.
+        curves: by name, (strides, 101) [degrees] over the gait cycle.
+        curve_bands: by name, half width (101,) of the mean curve's 90 % band, of strides and lifting.
+        cut: what was cut out, and why.
+        undetermined: by angle without side, why it isn't told.
+        scale: where sizes come from, in words.
+        warnings: what else is wrong with the figures.
+        feet: paths of feet and pelvis, at 100 Hz or more.
+    """
+
+    lifted: Lifted
+    angles: np.ndarray
+    deviations: np.ndarray
+    events: tuple[GaitEvent, ...]
+    stretches: tuple[Stretch, ...]
+    strides: tuple[Stride, ...]
+    parameters: tuple[Parameter, ...]
+    curves: Mapping[str, np.ndarray]
+    curve_bands: Mapping[str, np.ndarray]
+    cut: tuple[Cut, ...]
+    undetermined: Mapping[str, str]
+    scale: str
+    warnings: tuple[str, ...]
+    feet: Feet
+
+    def _shown(self) -> str:
+        return f"{len(self.angles) / self.lifted.points.fps:.1f} s, {counted(len(self.strides), 'stride')}"
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """One angle (frames,) [degrees] by its name, such as "left_knee_flexion"."""
+        return self.angles[:, NAMES.index(name)]
+
+    def band(self, name: str) -> np.ndarray:
+        """Ends (2, frames) [degrees] of an angle's 90 % band."""
+        i = NAMES.index(name)
+        return self.angles[:, i] + BAND * np.array([[-1.0], [1.0]]) * self.deviations[:, i]
+
+
+@dataclass(frozen=True, eq=False)
+class _Walk:
+    """One motion, analysed: angles (frames, 32) [degrees], and the rest."""
+
+    angles: np.ndarray
+    feet: Feet
+    events: dict[tuple[str, str], np.ndarray]
+    stretches: tuple[Stretch, ...]
+    strides: tuple[Stride, ...]
+
+    @property
+    def steady(self) -> tuple[Stride, ...]:
+        return tuple(s for s in self.strides if s.kind == "steady") or self.strides
+
+    def curves(self, fps: float) -> dict[str, np.ndarray]:
+        """By name, the angle over the steady strides of its side (strides, 101), of what is known."""
+        found = {}
+        for side in ("left", "right"):
+            of_side = [i for i, name in enumerate(NAMES) if name.startswith(side)]
+            cut = normalised(self.angles[:, of_side], fps, [s for s in self.steady if s.side == side])
+            for k, i in enumerate(of_side):
+                known = np.isfinite(cut[:, :, k]).all(1)
+                if known.any():
+                    found[NAMES[i]] = cut[known, :, k]
+        return found
+
+
+def gait_of(lifted: Lifted, *, draws: int = 64, rng: np.random.Generator | int = 0) -> LiftedGait:
+    """Joint angles, events and step parameters of a `lifted` person, with their uncertainty.
+
+    Args:
+        lifted: who walks.
+        draws: number of draws, at least 8; of 64, a band's width is known to 9 %.
+        rng: source of randomness, or its seed; the same, the same figures.
+
+    Raises:
+        GapError: every frame is cut out, because nobody who walks is seen.
+    """
+    count = checked_whole(draws, "draws", _FEWEST)
+    fps = lifted.points.fps
+    gone, cut = _cut(lifted)
+    if gone.all():
+        raise GapError(f"{lifted.points.name or 'this film'} shows nobody who walks: {cut[0].why}")
+    blank = lambda places: np.where(gone[..., None], np.nan, places)
+    estimate = _analysed(blank(lifted.positions), fps)
+    drawn = [_analysed(blank(one), fps) for one in lifted.draws(count, np.random.default_rng(rng))]
+    deviations = np.sqrt(np.mean([_wrapped(one.angles - estimate.angles) ** 2 for one in drawn], axis=0))
+    undetermined = _UNKNOWN | _too_wide(deviations)
+    told = ~np.isin([name.split("_", 1)[1] for name in NAMES], list(undetermined))
+    estimate, *drawn = (replace(one, angles=np.where(told, one.angles, np.nan)) for one in (estimate, *drawn))
+    curves = estimate.curves(fps)
+    return LiftedGait(
+        lifted, estimate.angles, np.where(told, deviations, np.nan), _events(estimate, drawn), estimate.stretches,
+        estimate.strides, _parameters(estimate, drawn), curves, _curve_bands(curves, drawn, fps), cut, undetermined,
+        _scale(lifted), _warnings(lifted, estimate), estimate.feet,
+    )  # fmt: skip
+
+
+def _analysed(places: np.ndarray, fps: float) -> _Walk:
+    """A motion (frames, 15, 3) [m], NaN where nobody is."""
+    feet = _feet(places, fps)
+    found = find_events(feet)
+    events = tuple(replace(event, time=event.time - _LATE[event.kind]) for event in found.events)
+    found = replace(found, events=tuple(sorted(events, key=lambda event: event.time)))
+    times = {(k, s): np.array(found.times(k, s)) for k in _LATE for s in ("left", "right")}
+    stretches = find_stretches(feet)
+    return _Walk(_angles(places, fps), feet, times, stretches, find_strides(feet, found, stretches))
+
+
+def _angles(places: np.ndarray, fps: float) -> np.ndarray:
+    """The angles (frames, 32) [degrees], of the body that fits (frames, 15, 3), and of the lines through hips and trunk."""
+    body = clinical_angles(motion_of(places, fps)).values
+    out = np.full((len(places), len(NAMES)), np.nan)
+    out[:, [NAMES.index(name) for name in CLINICAL_ANGLES]] = body
+    up = np.broadcast_to([0.0, 0.0, 1.0], (len(places), 3))
+    hips = places[:, _M["left_hip"]] - places[:, _M["right_hip"]]
+    shoulders = places[:, _M["left_shoulder"]] - places[:, _M["right_shoulder"]]
+    spine = 0.5 * (places[:, _M["left_shoulder"]] + places[:, _M["right_shoulder"]]) - places[:, _M["pelvis"]]
+    x = np.cross(hips, up)
+    x /= np.linalg.norm(x, axis=-1, keepdims=True)
+    y = hips / np.linalg.norm(hips, axis=-1, keepdims=True)
+    pelvis = np.stack([x, y, np.cross(x, y)], axis=-1)
+    way = progression(places[:, _M["pelvis"]], pelvis, fps, axes=False)
+    for name, turned in (("pelvis", pelvis), ("trunk", frame(spine, shoulders))):
+        tilt, obliquity, rotation = np.degrees(to_euler("YXZ", way.swapaxes(-1, -2) @ turned)).T
+        for side, sign in SIGN.items():
+            values = {"tilt": tilt, "obliquity": sign * obliquity, "rotation": -sign * rotation}
+            for part, value in values.items():
+                out[:, NAMES.index(f"{side}_{name}_{part}")] = value
+    for name in ("pelvis_tilt", "hip_rotation"):
+        out[:, [NAMES.index(f"{side}_{name}") for side in SIGN]] = np.nan
+    return out
+
+
+def _wrapped(degrees: np.ndarray) -> np.ndarray:
+    """Angles [degrees] from -180 to below 180."""
+    return (degrees + 180.0) % 360.0 - 180.0
+
+
+def _feet(places: np.ndarray, fps: float) -> Feet:
+    """Pelvis and feet of a motion (frames, 15, 3) [m], interpolated to `_FINE` Hz or more; ankles stand for feet."""
+    fine = int(np.ceil(_FINE / fps))
+    pelvis = _finer(places[:, _M["pelvis"]], fine)
+    across = _finer(places[:, _M["left_hip"]] - places[:, _M["right_hip"]], fine)
+    ahead = 1e-3 * np.cross(across, [0.0, 0.0, 1.0])  # tells where feet point, and no more
+    heel = {side: _finer(places[:, _M[f"{side}_ankle"]], fine) for side in SIGN}
+    heel = {side: path for side, path in heel.items() if np.isfinite(path).any()}
+    return Feet(pelvis, heel, {side: path + ahead for side, path in heel.items()}, fps * fine)
+
+
+def _finer(path: np.ndarray, fine: int) -> np.ndarray:
+    """A `path` (frames, 3) at so many times its rate by cubic splines; NaN beside unknown frames."""
+    known = np.isfinite(path).all(-1)
+    if not known.any():
+        return np.full((fine * (len(path) - 1) + 1, 3), np.nan)
+    at = np.arange(fine * (len(path) - 1) + 1) / fine
+    both = known[np.floor(at).astype(int)] & known[np.ceil(at).astype(int)]
+    return np.where(both[:, None], CubicSpline(np.arange(len(path)), bridged(path))(at), np.nan)
+
+
+def _cut(lifted: Lifted) -> tuple[np.ndarray, tuple[Cut, ...]]:
+    """Which markers (frames, 15) are cut out, and what to say of it."""
+    fps, frames = lifted.points.fps, len(lifted.positions)
+    nobody = ~np.isfinite(lifted.positions).any(axis=(1, 2))
+    gone = np.zeros((frames, len(MARKERS)), dtype=bool)
+    found = []
+    unlike = "postures are unlike those of people who walk, turn or run"
+    for what, where in (("nobody is seen", nobody), (unlike, lifted.unlike & ~nobody)):
+        gone |= where[:, None]
+        found += [Cut(a / fps, b / fps, what) for a, b in _runs(where)]
+    for name in (f"{side}_{joint}" for joint in ("hip", "knee", "ankle") for side in SIGN):
+        hidden = ~np.isfinite(lifted.points.positions[:, _M[name]]).all(-1) & ~gone[:, _M["pelvis"]]
+        for a, b in _runs(hidden):
+            if b - a > _HIDDEN * fps:
+                gone[a:b, _M[name]] = True
+                what = f"the {name.replace('_', ' ')} is hidden or out of the picture, so its angles are cut out"
+                found.append(Cut(a / fps, b / fps, what))
+    return gone, tuple(sorted(found, key=lambda cut: cut.start))
+
+
+def _runs(where: np.ndarray) -> list[tuple[int, int]]:
+    """First frames and ends of the runs in which `where` (frames,) is true."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def _too_wide(deviations: np.ndarray) -> dict[str, str]:
+    """By angle without its side, that the band of `deviations` (frames, 32) [degrees] is too wide to tell anything."""
+    found = {}
+    for name in SIDE_ANGLES:
+        of_both = deviations[:, [NAMES.index(f"{side}_{name}") for side in SIGN]]
+        known = of_both[np.isfinite(of_both)]
+        if len(known) and (half := BAND * float(np.median(known))) > _WIDEST.get(name, _WIDE):
+            found[name] = f"its 90 % band is ± {half:.0f}°, wider than people move there"
+    return found
+
+
+def _events(estimate: _Walk, drawn: Sequence[_Walk]) -> tuple[GaitEvent, ...]:
+    found = []
+    for (kind, side), times in estimate.events.items():
+        for time in times:
+            apart = [min(one.events[kind, side] - time, key=abs, default=np.inf) for one in drawn]
+            near = np.array([off for off in apart if abs(off) < _SAME])
+            spread = float(np.sqrt((near**2).mean())) if len(near) else _SAME
+            found.append(GaitEvent(kind, side, float(time), float(np.hypot(spread, _EVENT)), len(near) / len(drawn)))
+    return tuple(sorted(found, key=lambda event: event.time))
+
+
+def _parameters(estimate: _Walk, drawn: Sequence[_Walk]) -> tuple[Parameter, ...]:
+    """The estimate's parameters with 90 % intervals of their means: of strides, lifting and events together.
+
+    Those that half of the draws don't have are left out, and so is variability, of which the lifting's noise is a part.
+    """
+    each = [{(p.name, p.side): p.mean for p in summarise(one.steady)} for one in drawn]
+    found = []
+    for p in summarise(estimate.steady):
+        means = np.array([one[p.name, p.side] for one in each if (p.name, p.side) in one])
+        if p.name.endswith("_cv") or 2 * len(means) < len(drawn):
+            continue
+        free = max(p.n - 1, 1)
+        of_strides = 0.5 * (p.high - p.low) / float(stdtrit(free, 0.975)) if p.n > 1 else 0.0
+        seconds = float(np.mean([stride.seconds for stride in estimate.steady]))
+        of_events = 100 * _EVENT / seconds * _OF_EVENTS.get(p.name, 0)
+        variance = of_strides**2 + float(((means - p.mean) ** 2).mean()) + of_events**2
+        # Satterthwaite: only the strides' part is estimated from few.
+        freedom = free * (variance / of_strides**2) ** 2 if of_strides > 0 else np.inf
+        half = (float(stdtrit(freedom, 0.95)) if np.isfinite(freedom) else BAND) * np.sqrt(variance)
+        found.append(replace(p, low=p.mean - half, high=p.mean + half))
+    return tuple(found)
+
+
+def _curve_bands(curves: Mapping[str, np.ndarray], drawn: Sequence[_Walk], fps: float) -> dict[str, np.ndarray]:
+    """By name, half widths (101,) [degrees] of the 90 % bands of mean curves: of strides and lifting together."""
+    each = [one.curves(fps) for one in drawn]
+    found = {}
+    for name, own in curves.items():
+        means = [one[name].mean(0) for one in each if name in one]
+        if means:
+            of_strides = np.nan_to_num(mean_and_sd(own)[1]) ** 2 / len(own)
+            lifting = (_wrapped(np.array(means) - own.mean(0)) ** 2).mean(0)
+            found[name] = BAND * np.sqrt(of_strides + lifting)
+    return found
+
+
+def _scale(lifted: Lifted) -> str:
+    """Where sizes come from."""
+    fit = lifted.free
+    if fit is None:
+        return (
+            "Sizes are in the points' metres."
+            if lifted.points.unit == "m"
+            else ("Sizes are those of the people learned from, by the proportions of this one.")
+        )
+    sure = f"± {100 * BAND * fit.unit_deviation:.0f} % (90 %), as are all lengths and speeds"
+    if fit.height is not None:
+        return f"Sizes follow from the person's height, {fit.height:.2f} m, {sure}."
+    if fit.posed:
+        return f"Sizes follow from the camera's height above the floor, {sure}."
+    return f"Neither the person's height nor the camera's pose is known: sizes are those of an average adult, {sure}."
+
+
+def _warnings(lifted: Lifted, estimate: _Walk) -> tuple[str, ...]:
+    """What else is wrong with the figures."""
+    found = []
+    if not lifted.plausible:
+        found.append("This is unlike the people learned from, so intervals don't hold where anything is told.")
+    if lifted.contradiction is not None:
+        found.append("The points contradict the given view: it is wrong, or left and right are exchanged throughout.")
+    others = [lifted.free.other] if lifted.free is not None and lifted.free.other is not None else []
+    for other in others:
+        found.append(
+            f"With probability {other.probability:.0%}, left and right are exchanged throughout, and the person faces "
+            "another way."
+        )
+    if swapped := int(lifted.swapped.any(axis=1).sum()):
+        found.append(f"Left and right were exchanged in {swapped} frames, which was corrected.")
+    if not estimate.strides:
+        found.append("No stride was found, so there are no step parameters and no curves over the gait cycle.")
+    elif all(stride.kind != "steady" for stride in estimate.strides):
+        found.append("No stride is steady: the figures are of strides in which the walker turns or changes speed.")
+    if on_treadmill(estimate.feet):
+        found.append("The walker stays in place: speed and lengths are by how the standing foot moves.")
+    elif walks_backwards(estimate.feet):
+        found.append("The walker goes backwards.")
+    return tuple(found)
