@@ -97,7 +97,7 @@ def walk(path: Path, person: str, group: str) -> Walk:
     step = max(1, round(capture.fps / FPS))
     part = slice(first, end, step)
     angles = {name: trial.angles[name] for name in trial.angles.names} | _stored(capture)
-    angles |= {"trunk_lean": lean(markers, trial)}
+    angles |= {f"{side}_trunk_tilt": _lean(markers, trial) for side in ("left", "right")}
     return Walk(
         path.stem, person, group, markers[part], None if (feet := _feet(capture)) is None else feet[part],
         {name: values[part] for name, values in angles.items() if np.isfinite(values[part]).mean() > 0.5},
@@ -117,9 +117,9 @@ def _stored(capture: Markers) -> dict[str, np.ndarray]:
     return found
 
 
-def lean(markers: np.ndarray, trial: Trial) -> np.ndarray:
-    """By how much the line from the hips' middle to the sternum leans forward (frames,) [degrees]."""
-    trunk = markers[:, _M["sternum"]] - markers[:, [_M["left_hip"], _M["right_hip"]]].mean(axis=1)
+def _lean(markers: np.ndarray, trial: Trial) -> np.ndarray:
+    """By how much the line from the hips' middle to the shoulders' leans forward (frames,) [degrees]."""
+    trunk = np.subtract(*(markers[:, [_M[f"left_{n}"], _M[f"right_{n}"]]].mean(axis=1) for n in ("shoulder", "hip")))
     ways = directions(trial.feet)
     return np.degrees(np.arctan2((trunk[:, :2] * ways).sum(-1), trunk[:, 2]))
 

@@ -1,5 +1,6 @@
 """Peers that take angles, contacts and speed in the picture's plane: myogait (MIT), and a dozen lines."""
 
+import logging
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -36,7 +37,7 @@ def in_the_plane(points: Points, feet: np.ndarray | None, height: float) -> Esti
     ahead = np.sign(hips[-1, 0] - hips[0, 0])
     pitch = lambda line: np.degrees(np.arctan2(ahead * line[:, 0], line[:, 1]))  # of a line downwards
     trunk = pitch(hips - 0.5 * (at["left_shoulder"] + at["right_shoulder"]))
-    angles, events = {"trunk_lean": -trunk}, []
+    angles, events = {f"{side}_trunk_tilt": -trunk for side in ("left", "right")}, []
     for side in ("left", "right"):
         hip, knee, ankle = (at[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle"))
         thigh, shank = pitch(knee - hip), pitch(ankle - knee)
@@ -55,7 +56,7 @@ def _by_height(points: Points, hips: np.ndarray, events: list[Event], height: fl
     tall = np.nanmedian(ankles - points.positions[:, _M["head"], 1]) / (0.896 * height)  # pixels per metre
     speed = abs(hips[-1, 0] - hips[0, 0]) / tall / ((len(hips) - 1) / points.fps)
     steps = np.diff(np.sort([event.time for event in events]))
-    if not len(steps):
+    if not steps.sum() > 0:
         return {"speed": speed}
     return {"speed": speed, "step_length": speed * float(np.mean(steps)), "cadence": 60 / float(np.mean(steps))}
 
@@ -66,6 +67,7 @@ def myogait(points: Points, feet: np.ndarray | None, height: float, size: tuple[
     Raises:
         ModuleNotFoundError: it isn't installed.
     """
+    logging.getLogger("myogait").setLevel(logging.ERROR)
     from myogait.analysis import walking_speed
     from myogait.pipeline import run_pipeline
 
@@ -77,14 +79,14 @@ def myogait(points: Points, feet: np.ndarray | None, height: float, size: tuple[
         f"{side}_{ours}": series(f"{theirs}_{letter}")
         for side, letter in (("left", "L"), ("right", "R"))
         for theirs, ours in names.items() if feet is not None or theirs != "ankle"
-    } | {"trunk_lean": series("trunk_angle")}  # fmt: skip
+    } | {f"{side}_trunk_tilt": series("trunk_angle") for side in ("left", "right")}  # fmt: skip
     events = [
         Event(event["frame"] / points.fps, "initial_contact", side)
         for side in ("left", "right") for event in data["events"][f"{side}_hs"]
     ]  # fmt: skip
     found = walking_speed(data, ran["cycles"], height_m=height)["speed_mean"]
     steps = np.diff(np.sort([event.time for event in events]))
-    told = {"speed": found or np.nan, "cadence": 60 / float(np.mean(steps)) if len(steps) else np.nan}
+    told = {"speed": found or np.nan, "cadence": 60 / float(np.mean(steps)) if steps.sum() > 0 else np.nan}
     return Estimate(angles, tuple(events), told)
 
 
