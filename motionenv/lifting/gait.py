@@ -50,6 +50,9 @@ _UNKNOWN = {
     "ankle_rotation": "a foot is seen as a line, which looks the same however it turns about itself",
     "foot_progression": "the points show no heels and toes",
 }
+#: [degrees] forward tilt of the pelvis that hips' flexion is measured from and no point shows, and its deviation, of
+#: seven people of laboratories (`motionenv bench lifting.degrees`).
+_TILT, _OF_TILT = 7.0, {"hip_flexion": 5.0}
 _FEWEST = 8  # draws
 _FINE = 100.0  # [Hz] at least, to which paths are interpolated: contacts are then as exact as at that rate
 #: [s] by which contacts and toe-offs of ankles are late, and the deviation of both: on 11 recordings of laboratories and
@@ -185,6 +188,7 @@ def gait_of(lifted: Lifted, *, draws: int = 64, rng: np.random.Generator | int =
     estimate = _analysed(blank(lifted.positions), fps)
     drawn = [_analysed(blank(one), fps) for one in lifted.draws(count, np.random.default_rng(rng))]
     deviations = np.sqrt(np.mean([_wrapped(one.angles - estimate.angles) ** 2 for one in drawn], axis=0))
+    deviations = np.hypot(deviations, [_OF_TILT.get(name.split("_", 1)[1], 0.0) for name in NAMES])
     undetermined = _UNKNOWN | _too_wide(deviations)
     told = ~np.isin([name.split("_", 1)[1] for name in NAMES], list(undetermined))
     estimate, *drawn = (replace(one, angles=np.where(told, one.angles, np.nan)) for one in (estimate, *drawn))
@@ -227,6 +231,8 @@ def _angles(places: np.ndarray, fps: float) -> np.ndarray:
             values = {"tilt": tilt, "obliquity": sign * obliquity, "rotation": -sign * rotation}
             for part, value in values.items():
                 out[:, NAMES.index(f"{side}_{name}_{part}")] = value
+    for side in SIGN:  # of the thigh against the vertical, and the pelvis' usual tilt
+        out[:, NAMES.index(f"{side}_hip_flexion")] += _TILT - out[:, NAMES.index("left_trunk_tilt")]
     for name in ("pelvis_tilt", "hip_rotation"):
         out[:, [NAMES.index(f"{side}_{name}") for side in SIGN]] = np.nan
     return out
@@ -338,7 +344,7 @@ def _curve_bands(curves: Mapping[str, np.ndarray], drawn: Sequence[_Walk], fps: 
         if means:
             of_strides = np.nan_to_num(mean_and_sd(own)[1]) ** 2 / len(own)
             lifting = (_wrapped(np.array(means) - own.mean(0)) ** 2).mean(0)
-            found[name] = BAND * np.sqrt(of_strides + lifting)
+            found[name] = BAND * np.sqrt(of_strides + lifting + _OF_TILT.get(name.split("_", 1)[1], 0.0) ** 2)
     return found
 
 
