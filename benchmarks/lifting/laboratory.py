@@ -96,7 +96,7 @@ def walk(path: Path, person: str, group: str) -> Walk:
     trial = analyse(capture, wands="ignore" if group == "laboratories" else "auto")
     markers = _completed(to_markers(capture).positions)
     known = np.isfinite(markers[:, _LEGS]).all(axis=(1, 2))
-    first, end = _longest(known)
+    first, end = longest(known)
     step = max(1, round(capture.fps / FPS))
     part = slice(first, end, step)
     angles = {name: trial.angles[name] for name in trial.angles.names} | _stored(capture)
@@ -138,7 +138,7 @@ def _completed(markers: np.ndarray) -> np.ndarray:
     return out
 
 
-def _longest(known: np.ndarray) -> tuple[int, int]:
+def longest(known: np.ndarray) -> tuple[int, int]:
     """First frame of the longest run of known ones, and the frame after it."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int))).reshape(-1, 2)
     first, end = edges[np.argmax(edges[:, 1] - edges[:, 0])]

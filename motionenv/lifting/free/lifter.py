@@ -27,6 +27,8 @@ _STRETCH, _OVERLAP = 40.0, 2.0
 _ABSENT, _SHOWN, _LEAST = 2.0, 4, 5
 #: Height of a standing ankle's centre: mean and deviation [m]; markers and detectors define it differently.
 _ANKLE, _ANKLE_DEVIATION = 0.095, 0.02
+#: Deviation of the logarithm of the floor's distance: without noise, and its increase with it; on people of laboratories.
+_FLOOR_DEVIATION = (0.005, 0.13)
 #: Deviation of the logarithm of adults' stature, women and men together (mean 1.69 m, deviation 0.095 m).
 _STATURE_DEVIATION = 0.056
 #: [m] stature of whose body unit is `BODY_UNIT`, and the deviation of its logarithm for people of one stature.
@@ -347,7 +349,8 @@ def _unit(fit: Fit, rays: Rays, part: slice, stature: float | None) -> tuple[flo
     height = rays.origins[part, 2].mean()
     below = _ANKLE / BODY_UNIT - fit.floor
     if rays.posed and height > 0 and below > 0:
-        guesses.append((np.log(height / below), np.hypot(_ANKLE_DEVIATION / height, 0.02)))
+        of_floor = _FLOOR_DEVIATION[0] + _FLOOR_DEVIATION[1] * fit.noise
+        guesses.append((np.log(height / below), np.hypot(_ANKLE_DEVIATION / height, of_floor)))
     precision = np.array([1 / deviation**2 for _, deviation in guesses])
     mean = precision @ [value for value, _ in guesses] / precision.sum()
     return float(np.exp(mean)), float(precision.sum() ** -0.5)
