@@ -310,6 +310,7 @@ class Points(_Record):
         name: label of the source.
         confidence: (frames, 15) from 0 to 1, what the detector said of each point; NaN or 0 for missing points. None
             if nothing was said.
+        feet: (frames, 4, 2) left heel and toe, right heel and toe, as `positions`; None if they aren't known.
     """
 
     positions: np.ndarray
@@ -318,6 +319,7 @@ class Points(_Record):
     truth: Markers | None = None
     name: str = ""
     confidence: np.ndarray | None = None
+    feet: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         positions = frozen(self.positions, (None, len(MARKERS), 2), "Points.positions")
@@ -333,6 +335,8 @@ class Points(_Record):
             if ((confidence < 0) | (confidence > 1)).any():
                 raise MotionError("Points.confidence must be from 0 to 1, or NaN for missing points")
             self._set(confidence=confidence)
+        if self.feet is not None:
+            self._set(feet=frozen(self.feet, (len(positions), 4, 2), "Points.feet"))
 
     def _shown(self) -> str:
         rest = _rest(self.name, self.positions)

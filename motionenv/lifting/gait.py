@@ -11,7 +11,6 @@ the spread of the strides, as the law of total variance has it.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -22,7 +21,7 @@ from motionenv._core.rotations import to_euler
 from motionenv._core.validation import checked_whole
 from motionenv.errors import GapError
 from motionenv.gait.events import find_events, walks_backwards
-from motionenv.gait.feet import Feet, bridged
+from motionenv.gait.feet import Feet, bridged, smoothed
 from motionenv.gait.stretches import Stretch, find_stretches, on_treadmill
 from motionenv.gait.strides import Stride, find_strides, mean_and_sd, normalised
 from motionenv.gait.summary import Parameter, summarise
@@ -45,20 +44,23 @@ _UNKNOWN = {
     "hip_rotation": "a thigh is seen as a line, which looks the same however it turns about itself",
     "knee_adduction": "the knee of the lifted body is a hinge",
     "knee_rotation": "the knee of the lifted body is a hinge",
-    "ankle_dorsiflexion": "the points show no heels and toes",
     "ankle_adduction": "a foot is seen as a line, which looks the same however it turns about itself",
     "ankle_rotation": "a foot is seen as a line, which looks the same however it turns about itself",
-    "foot_progression": "the points show no heels and toes",
+}
+_FOOTLESS = {
+    name: "the points show no heels and toes, or too rarely" for name in ("ankle_dorsiflexion", "foot_progression")
 }
 #: [degrees] forward tilt of the pelvis that hips' flexion is measured from and no point shows, and its deviation, of
 #: seven people of laboratories (`motionenv bench lifting.degrees`).
 _TILT, _OF_TILT = 7.0, {"hip_flexion": 5.0}
 _FEWEST = 8  # draws
 _FINE = 100.0  # [Hz] at least, to which paths are interpolated: contacts are then as exact as at that rate
-#: [s] by which contacts and toe-offs of ankles are late, and the deviation of both: on 11 recordings of laboratories and
-#: CMU's, joints alone, at 30 Hz (`motionenv bench mocap.events`).
+#: [s] by which contacts and toe-offs of ankles are late, and the deviation of both: medians of 11 recordings of
+#: laboratories and CMU, of joints alone at 30 Hz (`motionenv bench mocap.events`).
 _LATE = {"initial_contact": 0.013, "toe_off": -0.045}
 _EVENT = 0.025
+#: [Hz] cut-off frequency for feet, and share of the frames, those of the middle of stance, in which they are slowest.
+_CALM, _RESTS = 6.0, 0.25
 _SAME = 0.2  # [s] within which a draw's event is that of the estimate
 _HIDDEN = 0.5  # [s] for which a joint of a leg may be hidden before what follows from it is cut out
 #: Half width [degrees] of its 90 % band from which on an angle is undetermined; half of how much hips and knees move.
@@ -152,6 +154,10 @@ class _Walk:
     strides: tuple[Stride, ...]
 
     @property
+    def footless(self) -> bool:
+        return bool(np.isnan(self.angles[:, [NAMES.index(f"{side}_ankle_dorsiflexion") for side in SIGN]]).all())
+
+    @property
     def steady(self) -> tuple[Stride, ...]:
         return tuple(s for s in self.strides if s.kind == "steady") or self.strides
 
@@ -185,11 +191,13 @@ def gait_of(lifted: Lifted, *, draws: int = 64, rng: np.random.Generator | int =
     if gone.all():
         raise GapError(f"{lifted.points.name or 'this film'} shows nobody who walks: {cut[0].why}")
     blank = lambda places: np.where(gone[..., None], np.nan, places)
-    estimate = _analysed(blank(lifted.positions), fps)
-    drawn = [_analysed(blank(one), fps) for one in lifted.draws(count, np.random.default_rng(rng))]
+    places, feet = lifted.draws_with_feet(count, np.random.default_rng(rng))
+    estimate = _analysed(blank(lifted.positions), lifted.feet, fps)
+    ends = [None] * count if feet is None else list(feet)
+    drawn = [_analysed(blank(one), its, fps) for one, its in zip(places, ends, strict=True)]
     deviations = np.sqrt(np.mean([_wrapped(one.angles - estimate.angles) ** 2 for one in drawn], axis=0))
     deviations = np.hypot(deviations, [_OF_TILT.get(name.split("_", 1)[1], 0.0) for name in NAMES])
-    undetermined = _UNKNOWN | _too_wide(deviations)
+    undetermined = _UNKNOWN | (_FOOTLESS if estimate.footless else {}) | _too_wide(deviations)
     told = ~np.isin([name.split("_", 1)[1] for name in NAMES], list(undetermined))
     estimate, *drawn = (replace(one, angles=np.where(told, one.angles, np.nan)) for one in (estimate, *drawn))
     curves = estimate.curves(fps)
@@ -200,19 +208,20 @@ def gait_of(lifted: Lifted, *, draws: int = 64, rng: np.random.Generator | int =
     )  # fmt: skip
 
 
-def _analysed(places: np.ndarray, fps: float) -> _Walk:
-    """A motion (frames, 15, 3) [m], NaN where nobody is."""
-    feet = _feet(places, fps)
+def _analysed(places: np.ndarray, ends: np.ndarray | None, fps: float) -> _Walk:
+    """A motion (frames, 15, 3) [m], NaN where nobody is, with heels and toes (frames, 4, 3) or None."""
+    feet = _feet(places, ends, fps)
     found = find_events(feet)
-    events = tuple(replace(event, time=event.time - _LATE[event.kind]) for event in found.events)
+    late = _LATE if feet.notes else dict.fromkeys(_LATE, 0.0)
+    events = tuple(replace(event, time=event.time - late[event.kind]) for event in found.events)
     found = replace(found, events=tuple(sorted(events, key=lambda event: event.time)))
     times = {(k, s): np.array(found.times(k, s)) for k in _LATE for s in ("left", "right")}
     stretches = find_stretches(feet)
-    return _Walk(_angles(places, fps), feet, times, stretches, find_strides(feet, found, stretches))
+    return _Walk(_angles(places, ends, fps), feet, times, stretches, find_strides(feet, found, stretches))
 
 
-def _angles(places: np.ndarray, fps: float) -> np.ndarray:
-    """The angles (frames, 32) [degrees], of the body that fits (frames, 15, 3), and of the lines through hips and trunk."""
+def _angles(places: np.ndarray, ends: np.ndarray | None, fps: float) -> np.ndarray:
+    """The angles (frames, 32) [degrees] of the body that fits a motion, and of lines through hips, trunk and feet."""
     body = clinical_angles(motion_of(places, fps)).values
     out = np.full((len(places), len(NAMES)), np.nan)
     out[:, [NAMES.index(name) for name in CLINICAL_ANGLES]] = body
@@ -233,9 +242,32 @@ def _angles(places: np.ndarray, fps: float) -> np.ndarray:
                 out[:, NAMES.index(f"{side}_{name}_{part}")] = value
     for side in SIGN:  # of the thigh against the vertical, and the pelvis' usual tilt
         out[:, NAMES.index(f"{side}_hip_flexion")] += _TILT - out[:, NAMES.index("left_trunk_tilt")]
+    for k, (side, sign) in enumerate(SIGN.items()):
+        if ends is None:
+            break
+        shank = places[:, _M[f"{side}_ankle"]] - places[:, _M[f"{side}_knee"]]
+        heel, toe = ends[:, 2 * k], ends[:, 2 * k + 1]
+        foot, lean = (np.einsum("tba,tb->ta", pelvis, line) for line in (toe - heel, shank))
+        pitch = lambda line: np.degrees(np.arctan2(line[:, 2], line[:, 0]))
+        out[:, NAMES.index(f"{side}_ankle_dorsiflexion")] = _wrapped(
+            pitch(foot) - _flat(heel, toe, fps) - np.degrees(np.arctan2(lean[:, 0], -lean[:, 2]))
+        )
+        turned = np.einsum("tba,tb->ta", way, toe - heel)
+        out[:, NAMES.index(f"{side}_foot_progression")] = -sign * np.degrees(np.arctan2(turned[:, 1], turned[:, 0]))
     for name in ("pelvis_tilt", "hip_rotation"):
         out[:, [NAMES.index(f"{side}_{name}") for side in SIGN]] = np.nan
     return out
+
+
+def _flat(heel: np.ndarray, toe: np.ndarray, fps: float) -> float:
+    """Median pitch [degrees] of the line from heel to toe while both rest: heels and toes aren't equally high."""
+    if not np.isfinite(toe - heel).any():
+        return 0.0
+    ends = np.stack([smoothed(path, fps, _CALM) for path in (heel, toe)])
+    speed = np.linalg.norm(np.gradient(ends, axis=1), axis=-1).max(axis=0) * fps
+    rests = np.isfinite(toe - heel).all(-1) & (speed < np.nanquantile(speed, _RESTS))
+    line = (toe - heel)[rests]
+    return float(np.degrees(np.median(np.arctan2(line[:, 2], np.hypot(line[:, 0], line[:, 1]))))) if len(line) else 0.0
 
 
 def _wrapped(degrees: np.ndarray) -> np.ndarray:
@@ -243,15 +275,23 @@ def _wrapped(degrees: np.ndarray) -> np.ndarray:
     return (degrees + 180.0) % 360.0 - 180.0
 
 
-def _feet(places: np.ndarray, fps: float) -> Feet:
-    """Pelvis and feet of a motion (frames, 15, 3) [m], interpolated to `_FINE` Hz or more; ankles stand for feet."""
+def _feet(places: np.ndarray, ends: np.ndarray | None, fps: float) -> Feet:
+    """Pelvis and feet of a motion (frames, 15, 3) [m], interpolated to `_FINE` Hz or more.
+
+    Without heels and toes (frames, 4, 3), ankles stand for them.
+    """
     fine = int(np.ceil(_FINE / fps))
     pelvis = _finer(places[:, _M["pelvis"]], fine)
+    if ends is not None and np.isfinite(ends).all(-1).any(axis=0).all():
+        paths = [_finer(ends[:, k], fine) for k in range(4)]
+        heel, toe = dict(zip(SIGN, paths[::2], strict=True)), dict(zip(SIGN, paths[1::2], strict=True))
+        return Feet(pelvis, heel, toe, fps * fine)
     across = _finer(places[:, _M["left_hip"]] - places[:, _M["right_hip"]], fine)
     ahead = 1e-3 * np.cross(across, [0.0, 0.0, 1.0])  # tells where feet point, and no more
     heel = {side: _finer(places[:, _M[f"{side}_ankle"]], fine) for side in SIGN}
     heel = {side: path for side, path in heel.items() if np.isfinite(path).any()}
-    return Feet(pelvis, heel, {side: path + ahead for side, path in heel.items()}, fps * fine)
+    toe = {side: path + ahead for side, path in heel.items()}
+    return Feet(pelvis, heel, toe, fps * fine, ("events are those of ankles",))
 
 
 def _finer(path: np.ndarray, fine: int) -> np.ndarray:
@@ -367,25 +407,21 @@ def _scale(lifted: Lifted) -> str:
 
 def _warnings(lifted: Lifted, estimate: _Walk) -> tuple[str, ...]:
     """What else is wrong with the figures."""
-    found = []
-    if not lifted.plausible:
-        found.append("This is unlike the people learned from, so intervals don't hold where anything is told.")
-    if lifted.contradiction is not None:
-        found.append("The points contradict the given view: it is wrong, or left and right are exchanged throughout.")
-    others = [lifted.free.other] if lifted.free is not None and lifted.free.other is not None else []
-    for other in others:
-        found.append(
-            f"With probability {other.probability:.0%}, left and right are exchanged throughout, and the person faces "
-            "another way."
-        )
-    if swapped := int(lifted.swapped.any(axis=1).sum()):
-        found.append(f"Left and right were exchanged in {swapped} frames, which was corrected.")
-    if not estimate.strides:
-        found.append("No stride was found, so there are no step parameters and no curves over the gait cycle.")
-    elif all(stride.kind != "steady" for stride in estimate.strides):
-        found.append("No stride is steady: the figures are of strides in which the walker turns or changes speed.")
-    if on_treadmill(estimate.feet):
-        found.append("The walker stays in place: speed and lengths are by how the standing foot moves.")
-    elif walks_backwards(estimate.feet):
-        found.append("The walker goes backwards.")
-    return tuple(found)
+    other = lifted.free.other if lifted.free is not None else None
+    swapped, treadmill = int(lifted.swapped.any(axis=1).sum()), on_treadmill(estimate.feet)
+    unsteady = bool(estimate.strides) and all(stride.kind != "steady" for stride in estimate.strides)
+    said = {
+        "This is unlike the people learned from, so intervals don't hold.": not lifted.plausible,
+        "The points contradict the given view: it is wrong, or left and right are exchanged throughout.":
+            lifted.contradiction is not None,
+        f"With probability {other.probability if other else 0:.0%}, left and right are exchanged throughout, and the "
+        "person faces another way.": other is not None,
+        f"Left and right were exchanged in {swapped} frames, which was corrected.": swapped > 0,
+        "No stride was found, so there are no step parameters and no curves over the gait cycle.": not estimate.strides,
+        "No stride is steady: the figures are of strides in which the walker turns or changes speed.": unsteady,
+        "The walker stays in place: speed and lengths are by how the standing foot moves.": treadmill,
+        "The walker goes backwards.": not treadmill and walks_backwards(estimate.feet),
+        "Hip angles are relative to the trunk. A laboratory's are relative to the pelvis, which tilts forward by about "
+        "10° (Kadaba et al. 1990), and so greater by as much.": True,
+    }  # fmt: skip
+    return tuple(text for text, holds in said.items() if holds)

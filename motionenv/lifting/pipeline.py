@@ -119,7 +119,20 @@ class Lifted(OneLine):
             count: number of draws.
             rng: source of randomness; the same state, the same draws.
         """
-        return self._fit.draws(checked_whole(count, "count", 1), rng)
+        return self.draws_with_feet(count, rng)[0]
+
+    def draws_with_feet(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray | None]:
+        """`draws`, and the left heel and toe and right heel and toe of each (count, frames, 4, 3) [m], or None."""
+        count = checked_whole(count, "count", 1)
+        if self.posterior is not None:
+            return self.posterior.draws(count, rng), None
+        assert self.free is not None
+        return self.free.draws(count, rng)
+
+    @property
+    def feet(self) -> np.ndarray | None:
+        """Left heel and toe and right heel and toe (frames, 4, 3) [m] of free motion, if the points show them."""
+        return None if self.free is None else self.free.feet(self.positions)
 
     @property
     def heading(self) -> np.ndarray:

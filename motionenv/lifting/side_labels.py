@@ -47,7 +47,10 @@ def unswapped(points: Points) -> tuple[Points, np.ndarray]:
 def swapped_back(points: Points, labels: np.ndarray) -> Points:
     """`points` with left and right of arms and legs exchanged where `labels` (frames, 2) are True."""
     confidence = None if points.confidence is None else exchanged(points.confidence, labels)
-    return replace(points, positions=exchanged(points.positions, labels), confidence=confidence)
+    feet = points.feet
+    if feet is not None:
+        feet = np.where(labels[:, 1, None, None], feet[:, [2, 3, 0, 1]], feet)
+    return replace(points, positions=exchanged(points.positions, labels), confidence=confidence, feet=feet)
 
 
 def continuous_labels(points: Points) -> np.ndarray:

@@ -13,6 +13,7 @@ from threadpoolctl import ThreadpoolController
 from motionenv._core.representation import OneLine
 from motionenv.body import EDGES
 from motionenv.errors import GapError
+from motionenv.lifting.free.feet import FootRays, lift_feet
 from motionenv.lifting.free.posture_network import BODY_UNIT, RATE, PostureNetwork, Proposal, propose, shipped_network
 from motionenv.lifting.free.rays import Rays, rays_of
 from motionenv.lifting.free.smoother import DEFAULTS, Fit, Settings, smooth
@@ -46,6 +47,7 @@ _EVIDENCE, _EXCHANGED = 40.0, 0.01
 _SURER = 0.05  # by how much less certain of a mirror image the network may be if that is to be fitted, in logarithms
 _LIKELY = 0.01  # least probability that is told
 _LOOKED = 128  # frames by which an unknown elevation, or a mirror image, is judged
+_FOOT_DETECTED = 0.012  # [m] deviation of a detector's heels and toes, as of its ankles (Needham et al. 2021)
 _DETECTED = 0.02  # [m] by which a detector's joints are elsewhere for as long as a sequence lasts
 _SPREAD = KEYPOINT_SETS["coco-17"].spread  # how far they are, by joint; most detectors learn from COCO's pictures
 _HEADING = 0.15  # [s] deviation of the Gaussian that smooths headings
@@ -81,11 +83,13 @@ class FreeFit(OneLine):
         noise: [m] standard deviation of the points at the person.
         origin: (3,) [m] mean position of the camera.
         focal: [pixels] its focal length, given or guessed.
+        focal_deviation: standard deviation of its logarithm: ways towards the camera are uncertain by so much.
         surprise: (frames,) how unlike those of people who walk, turn or run the postures are; above `SURPRISE` too
             unlike for `deviations` to hold.
         other: the other motion that the points may show, if that is likely enough to be told.
         posed: whether the camera's pose was known.
         height: [m] the person's given stature; None if it wasn't.
+        foot_rays: towards heels and toes; None if the points don't show them.
         bias: [m] by which a detector's joints are elsewhere for as long as the sequence lasts, as part of `deviations`.
     """
 
@@ -102,12 +106,14 @@ class FreeFit(OneLine):
     surprise: np.ndarray
     other: OtherMotion | None = None
     posed: bool = False
+    focal_deviation: float = 0.0
     height: float | None = None
+    foot_rays: FootRays | None = None
     bias: float = 0.0
     _stretches: tuple[tuple[Fit, slice], ...] = ()
 
-    def draws(self, count: int, rng: np.random.Generator) -> np.ndarray:
-        """`count` motions (count, frames, 15, 3) [m] from the posterior, as `motionenv.lifting.Lifted.draws`."""
+    def draws(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray | None]:
+        """Motions (count, frames, 15, 3) [m] as of `motionenv.lifting.Lifted.draws`, with heels and toes if seen."""
         lasting = rng.standard_normal((2, count, len(MARKERS), 3))
         lasting[:, :, _M["pelvis"]] = 0.0
         off = np.zeros((count, *self.positions.shape))
@@ -118,8 +124,22 @@ class FreeFit(OneLine):
             square[part] += ends**2
         off /= np.sqrt(np.where(square > 0, square, np.nan))[:, None, None]  # where two are blended, as wide as one
         off += self.bias * lasting[1][:, None]
-        size = np.exp(self.unit_deviation * rng.standard_normal(count))
-        return self.origin + size[:, None, None, None] * (self.positions - self.origin + off)
+        size = np.exp(self.unit_deviation * rng.standard_normal((count, 1, 1, 1)))
+        places = self.origin + size * (self.positions - self.origin + off)
+        feet = self.feet(places, rng)
+        # Of a longer lens, people are as much further away, and so are the ways towards the camera.
+        ways = self.positions[:, [_M["pelvis"]]] - self.origin
+        away = np.nanmean(ways, axis=(0, 1)) / np.linalg.norm(np.nanmean(ways, axis=(0, 1)))
+        further = size * np.expm1(self.focal_deviation * rng.standard_normal((count, 1, 1, 1)))
+        further = further * (ways @ away)[..., None] * away
+        return places + further, None if feet is None else feet + further
+
+    def feet(self, places: np.ndarray, rng: np.random.Generator | None = None) -> np.ndarray | None:
+        """Heels and toes (..., frames, 4, 3) [m] of motions `places` (..., frames, 15, 3), or None without their rays.
+
+        See `motionenv.lifting.free.feet.lift_feet`.
+        """
+        return None if self.foot_rays is None else lift_feet(places, self.foot_rays, rng)
 
     @property
     def misfit(self) -> float:
@@ -235,7 +255,10 @@ def fit_labelled(
     Arguments are those of `fit_freely`, with a known elevation; `swaps` says whether sides may have been exchanged in
     some frames, and `tell` is called with the share that is done.
     """
-    rays = rays_of(points.positions, camera, distortion, elevation)
+    seen = points.positions if points.feet is None else np.concatenate([points.positions, points.feet], axis=1)
+    rays = rays_of(seen, camera, distortion, elevation)
+    feet = rays.directions[:, len(MARKERS) :]
+    rays = replace(rays, directions=rays.directions[:, : len(MARKERS)])
     detected = points.confidence is not None
     if detected:
         settings = replace(settings, least_ray=settings.detector_ray)
@@ -250,6 +273,10 @@ def fit_labelled(
         precision = 1 / units[:, 1] ** 2
         unit = float(np.exp((precision * np.log(units[:, 0])).sum() / precision.sum()))
     joined = replace(_joined(fits, sections, rays, unit, float(units[:, 1].min())), height=height)
+    if points.feet is not None:  # exchanged as the legs are
+        feet = np.where(joined.swapped[:, 1, None, None], feet[:, [2, 3, 0, 1]], feet)
+        noise = _FOOT_DETECTED if detected else joined.noise
+        joined = replace(joined, foot_rays=FootRays(feet, rays.origins, noise))
     return replace(joined, deviations=np.hypot(joined.deviations, _DETECTED), bias=_DETECTED) if detected else joined
 
 
@@ -382,7 +409,7 @@ def _joined(stretches: list[_Stretch], sections, rays: Rays, unit: float, unit_d
     noise = unit * float(np.mean([stretch.fit.noise for stretch in stretches]))
     return FreeFit(
         **total, swapped=swapped, unit=unit, unit_deviation=unit_deviation, noise=noise,
-        origin=rays.origins.mean(axis=0), focal=rays.focal, posed=rays.posed,
+        origin=rays.origins.mean(axis=0), focal=rays.focal, posed=rays.posed, focal_deviation=rays.focal_deviation,
         _stretches=tuple((stretch.fit, part) for stretch, part in zip(stretches, sections, strict=True)),
     )  # fmt: skip
 

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from motionenv.errors import MotionError
-from motionenv.types import Camera
+from motionenv.types import MARKERS, Camera
 
 #: Focal length of an unknown camera, in widths of the picture: 40 to 55 degrees across, as phones and webcams have.
 _FOCAL = 1.15
+_FOCAL_DEVIATION = (
+    0.25  # of its logarithm: wide lenses of phones have 0.7 widths, and the picture may be wider than points
+)
 _UNDISTORTING = 20  # fixed-point iterations
 
 
@@ -22,22 +25,24 @@ class Rays:
         origins: (frames, 3) [m] camera positions.
         posed: whether the camera's pose is known; else it stands upright at the origin and looks along y.
         focal: [pixels].
+        focal_deviation: standard deviation of its logarithm.
     """
 
     directions: np.ndarray
     origins: np.ndarray
     posed: bool
     focal: float
+    focal_deviation: float = 0.0
 
 
 def rays_of(
     pixels: np.ndarray, camera: Camera | Sequence[Camera] | np.ndarray | None,
     distortion: Sequence[float] | None = None, elevation: float = 0.0,
 ) -> Rays:  # fmt: skip
-    """Rays through `pixels` (frames, 15, 2).
+    """Rays through `pixels` (frames, 15, 2), or more points of a body.
 
     Args:
-        pixels: (frames, 15, 2), NaN where a marker wasn't seen.
+        pixels: (frames, 15, 2), NaN where a marker wasn't seen. Of an unknown camera, the first 15 tell.
         camera: one camera, or one per frame; its intrinsics (3, 3) if nothing else is known; None if nothing is.
         distortion: OpenCV's coefficients (k1, k2, p1, p2[, k3[, k4, k5, k6]]).
         elevation: angle [rad] by which a camera of unknown pose looks down.
@@ -49,7 +54,7 @@ def rays_of(
     if isinstance(camera, Camera):
         cameras = [camera]
     elif camera is None or isinstance(camera, np.ndarray):
-        inner = _guessed(pixels) if camera is None else _checked_intrinsics(camera)
+        inner = _guessed(pixels[:, : len(MARKERS)]) if camera is None else _checked_intrinsics(camera)
         down = np.array([[1.0, 0, 0], [0, -np.sin(elevation), -np.cos(elevation)],
                          [0, np.cos(elevation), -np.sin(elevation)]])  # fmt: skip
         cameras = [Camera(inner, down, np.zeros(3), 1, 1)]
@@ -66,7 +71,7 @@ def rays_of(
     directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
     origins = np.broadcast_to(np.stack([one.centre for one in cameras]), (frames, 3))
     posed = camera is not None and not isinstance(camera, np.ndarray)
-    return Rays(directions, origins, posed, float(cameras[0].K[0, 0]))
+    return Rays(directions, origins, posed, float(cameras[0].K[0, 0]), 0.0 if camera is not None else _FOCAL_DEVIATION)
 
 
 def _guessed(pixels: np.ndarray) -> np.ndarray:

@@ -74,14 +74,15 @@ def read_points(
     if not 0 <= confidence <= 1:
         raise MotionError(f"confidence must be a score from 0 to 1, got {confidence!r}")
     scale = 1.0 if unit in (None, "px") else metres_per(unit)
-    suffix, scores = Path(path).suffix.lower(), None
+    suffix, scores, feet = Path(path).suffix.lower(), None, None
     if suffix == ".json" or Path(path).is_dir():
         if fps is None:
             raise FormatError(path, "keypoints have no frame rate: pass fps= (--fps)")
         tracks, frames = read_detections(path)
         keypoints = _in_pixels(path, in_frames(chosen(path, tracks, person), frames), size)
-        positions, scores = keypoint_set(path, keypoints, format).markers(keypoints, confidence)
-        found = "px"
+        known = keypoint_set(path, keypoints, format)
+        positions, scores = known.markers(keypoints, confidence)
+        feet, found = known.feet(keypoints, confidence), "px"
     elif suffix not in (".csv", ".trc"):
         got = suffix or "no suffix"
         raise FormatError(path, f"must be keypoints (.json, .trc or a folder) or a table (.csv), got {got!r}")
@@ -90,7 +91,10 @@ def read_points(
     else:
         positions, fps, found = (_read_trc if suffix == ".trc" else _read_table)(path, fps)
     shown = "px" if (unit or found) == "px" else "m"
-    return Points(positions * scale, fps, shown, name=Path(path).stem, confidence=scores)
+    return Points(
+        positions * scale, fps, shown, name=Path(path).stem, confidence=scores,
+        feet=None if feet is None else feet * scale,
+    )  # fmt: skip
 
 
 def read_people(path: str | Path, fps: float, size: tuple[int, int]) -> list[Points]:
@@ -112,8 +116,9 @@ def points_of(
     relative = np.nanmax(np.abs(people[0][..., :2]), initial=0.0) <= _NORMALISED
     people = [_in_pixels(path, keypoints, size if relative else None) for keypoints in people]
     known = keypoint_set(path, people[0])
-    made = [known.markers(keypoints, CONFIDENCE) for keypoints in people]
-    return [Points(places, fps, "px", name=Path(path).stem, confidence=scores) for places, scores in made]
+    made = [(*known.markers(keypoints, CONFIDENCE), known.feet(keypoints, CONFIDENCE)) for keypoints in people]
+    name = Path(path).stem
+    return [Points(places, fps, "px", None, name, scores, feet) for places, scores, feet in made]
 
 
 def write_points(points: Points, path: str | Path) -> None:

@@ -63,6 +63,14 @@ class KeypointSet(OneLine):
         out[np.isnan(out).any(axis=-1)] = np.nan
         return out[..., :2], np.nan_to_num(np.minimum(out[..., 2], 1.0))
 
+    def feet(self, keypoints: np.ndarray, least: float) -> np.ndarray | None:
+        """Left heel and toe and right heel and toe (frames, 4, 2), NaN in gaps, as of `markers`; None without them."""
+        names = [f"{side}_{part}" for side in ("left", "right") for part in ("heel", "big_toe")]
+        if not set(names) <= set(self.keypoints):
+            return None
+        at = keypoints[:, [self.keypoints.index(name) for name in names]]
+        return np.where((at[..., 2:] >= least) & (at[..., 2:] > 0), at[..., :2], np.nan)
+
 
 #: The definitions by name.
 KEYPOINT_SETS = {
