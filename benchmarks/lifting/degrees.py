@@ -14,6 +14,7 @@ share of angles inside their 90 % bands, contacts are the mean and deviation of 
 
 from collections import defaultdict
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -132,7 +133,7 @@ def measured(walks: list[Walk], views: tuple[str, ...], network, peer: bool, dra
             tall = float(np.nanmedian(np.nanmax(high, axis=1) - np.nanmin(high, axis=1))) / _TALL
             for name in POINTS:
                 points, feet = (exact, exact_feet) if name == POINTS[0] else detected(exact, exact_feet, tall, rng)
-                rows[name, "lift"].add(one, lifted(one, points, view, network, draws))
+                rows[name, "lift"].add(one, lifted(one, replace(points, feet=feet), view, network, draws))
                 rows[name, "in the plane"].add(one, in_the_plane(points, feet, one.height))
                 if peer:
                     size = PICTURE["width"], PICTURE["height"]

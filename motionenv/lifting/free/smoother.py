@@ -51,11 +51,11 @@ _TOGETHER = (
     *((f"{side}_{a}", f"{side}_{b}", r) for side in ("left", "right")
       for a, b, r in (("elbow", "shoulder", 0.78), ("wrist", "elbow", 0.68), ("ankle", "knee", 0.63))),
 )  # fmt: skip
-#: Its errors are smaller where it is closer to what the rays show. How far it is from that for the same people, in
-#: stated deviations, without noise; by how much less with noise, which lets places follow the network; and bounds.
-#: The square of that tells plain walks from acted ones; it was chosen on people of laboratories, as captured and in other
-#: styles (`motionenv bench free_walking.coverage`).
-_DISTANCE, _DISTANCE_NOISE, _NOISIEST, _CLOSER, _FARTHER = 0.7, 14.0, 0.07, 0.35, 1.3
+#: Its errors are smaller where it is closer to what the rays show, as it is to plain walks: they follow the square of the
+#: distance, in stated deviations. Which distance is usual, by how much less with noise (of a detector, whose least is
+#: assumed, beyond a share of that), and bounds; chosen on people of laboratories, as captured and in other styles
+#: (`motionenv bench free_walking.coverage`).
+_DISTANCE, _DISTANCE_NOISE, _ASSUMED, _CLOSER, _FARTHER = 0.7, 12.0, 0.6, 0.35, 1.3
 #: [s] over which draws are smoothed, and widened again: the random walk of the velocity term has a tremor that errors
 #: don't have, whose correlation over 0.1 s is 0.7 to 0.8.
 _CALM = 0.08
@@ -156,7 +156,7 @@ def smooth(
         last = partial(terms, replace(fit), expected, round_)
         fit.places, covariance = last().solve(round_ == settings.rounds)
         if covariance is not None:
-            unseen = _UNSEEN * _strangeness(fit, posture, spread) * spread
+            unseen = _UNSEEN * _strangeness(fit, posture, spread, settings.least_ray) * spread
             fit.lasting = unseen[..., None, None] * _stretched(rays)
             fit.deviations = np.sqrt(_about(covariance) + (fit.lasting**2).sum(axis=-1))
             fit.equations, fit.fps = last, fps
@@ -203,11 +203,11 @@ def _assembled(
     return system
 
 
-def _strangeness(fit: Fit, posture: np.ndarray, spread: np.ndarray) -> float:
+def _strangeness(fit: Fit, posture: np.ndarray, spread: np.ndarray, least: float) -> float:
     """Squared distance of the network's postures from what the rays show, relative to that of people it didn't see."""
     others = np.arange(len(MARKERS)) != _PELVIS
     off = (fit.places - fit.places[:, [_PELVIS]] - posture)[:, others] / spread[:, others, None]
-    usual = _DISTANCE / (1 + _DISTANCE_NOISE * min(fit.noise, _NOISIEST))
+    usual = _DISTANCE / (1 + _DISTANCE_NOISE * (fit.noise - _ASSUMED * least))
     return float(np.clip((off**2).mean() / usual**2, _CLOSER, _FARTHER))
 
 
