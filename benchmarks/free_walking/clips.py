@@ -96,7 +96,7 @@ def clip(sources: Sources, rng: np.random.Generator, frames: int = FRAMES, fps: 
 
 
 def restyled(sources: Sources, rng: np.random.Generator, frames: int, fps: float) -> np.ndarray | None:
-    """A captured walk (frames, 15, 3) [m] in another person's style, proportions and joints; None if it is too short."""
+    """A captured walk (frames, 15, 3) [m] in another person's style, proportions and joints; None if it's short."""
     made = _posed(sources, rng, rng.uniform(0.12, 0.42), frames, fps)
     return None if made is None else _redefined(made, rng)
 

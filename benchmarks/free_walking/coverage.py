@@ -34,7 +34,7 @@ def captured(mocap, most: int | None) -> list[Markers]:
 
 
 def varied(mocap, count: int, rng: np.random.Generator) -> list[Markers]:
-    """Clips of those with Plug-in Gait in other styles, proportions and definitions of joints, as `clips` makes them."""
+    """Clips of those with Plug-in Gait in other styles, proportions and definitions of joints (see `clips`)."""
     files = [mocap / file for each in laboratory.OWN_ANGLES.values() for file in each]
     sources = clips.Sources([_whole(retarget(read(file, override=False))) for file in files], [], [])
     found: list[Markers] = []

@@ -5,11 +5,12 @@
 People of laboratories whom nothing was fitted to: two with Plug-in Gait's own angles and events in the file, and six of
 whom `motionenv.gait` computes them from the capture's markers. With `--network`, one trained without six of CMU's
 subjects (see `free_walking.left_out`), these walk instead. Points are seen by one camera at 30 Hz, exactly or with the
-published errors of detectors; lifting is told nothing but by how much the camera looks down, and the person's height. The hips' truth is relative to a
-pelvis whose tilt no camera sees: without the mean, it doesn't count.
+published errors of detectors; lifting is told nothing but by how much the camera looks down, and the person's height.
+The hips' truth is relative to a pelvis whose tilt no point shows: without the mean error, it doesn't count.
 
-Errors are a mean over people of root mean squares in degrees, then with each walk's mean error removed. "In band" is the
-share of angles inside their 90 % bands, contacts are the mean and deviation of their errors [ms], over those found.
+Errors are root mean squares in degrees, a mean over people; in brackets with each walk's mean error removed, the share
+of angles inside their 90 % bands, and, where that isn't all, of how many films the angle is told. Contacts are the mean
+and deviation of their errors, and how many were found.
 """
 
 from collections import defaultdict
@@ -51,7 +52,7 @@ def parameters(strides: tuple[Stride, ...]) -> dict[str, float]:
     if not strides:
         return {}
     return {
-        "speed": float(np.mean([s.speed for s in strides])),
+        "speed": float(np.nanmean([s.speed for s in strides])),
         "step_length": float(np.nanmean([s.step_length for s in strides])),
         "cadence": 120 / float(np.mean([s.seconds for s in strides])),
     }
@@ -122,7 +123,9 @@ def replace_time(event, start: float):
     return type(event)(event.time + start, event.kind, event.side)
 
 
-def measured(walks: list[Walk], views: tuple[str, ...], network, peer: bool, draws: int) -> Iterator[tuple[str, str, str, Row]]:
+def measured(
+    walks: list[Walk], views: tuple[str, ...], network, peer: bool, draws: int
+) -> Iterator[tuple[str, str, str, Row]]:
     """Points, view, method and errors."""
     for view in views:
         rows: dict = defaultdict(Row)
@@ -145,7 +148,7 @@ def measured(walks: list[Walk], views: tuple[str, ...], network, peer: bool, dra
 def main() -> None:
     """Print a table."""
     parser = Arguments(__doc__, mocap=("btkdata", "nimble", "cmu_asfamc"))
-    parser.add_argument("--network", type=Path, help="weights (.npz) of `free_walking.train`, for CMU's people left out")
+    parser.add_argument("--network", type=Path, help="weights (.npz) without CMU's people left out")
     parser.add_argument("--draws", type=int, default=32, quick=8, help="from the posterior, for bands")
     asked = parser.parse_args()
     peer = has("myogait")

@@ -18,7 +18,9 @@ from motionenv.types import MARKERS, Camera, Markers, Points
 #: Whole bodies of people in no fit, by person: with Plug-in Gait's own angles and events in the file, and others.
 OWN_ANGLES = {
     "BELT_C": ("btkdata/C3DSamples/PiG/PiG_Motion-FlatFoot-Full.c3d",),
-    "ANTO_M": ("btkdata/C3DSamples/PiG/PiG_Motion-FlatFoot-Hole.c3d", "btkdata/C3DSamples/PiG/PiG_Motion-FlatFoot-One.c3d"),
+    "ANTO_M": (
+        "btkdata/C3DSamples/PiG/PiG_Motion-FlatFoot-Hole.c3d", "btkdata/C3DSamples/PiG/PiG_Motion-FlatFoot-One.c3d",
+    ),
 }  # fmt: skip
 OTHERS = {
     "stairs": ("nimble/osim/WeirdFormatTests/markers.trc",),

@@ -62,7 +62,7 @@ def _by_height(points: Points, hips: np.ndarray, events: list[Event], height: fl
 
 
 def myogait(points: Points, feet: np.ndarray | None, height: float, size: tuple[int, int]) -> Estimate:
-    """myogait's angles, events and speed by its validated pipeline, from landmarks as MediaPipe gives them.
+    """Angles, events and speed by myogait's validated pipeline, from landmarks as MediaPipe gives them.
 
     Raises:
         ModuleNotFoundError: it isn't installed.

@@ -28,7 +28,7 @@ _STRETCH, _OVERLAP = 40.0, 2.0
 _ABSENT, _SHOWN, _LEAST = 2.0, 4, 5
 #: Height of a standing ankle's centre: mean and deviation [m]; markers and detectors define it differently.
 _ANKLE, _ANKLE_DEVIATION = 0.095, 0.02
-#: Deviation of the logarithm of the floor's distance: without noise, and its increase with it; on people of laboratories.
+#: Deviation of the logarithm of the floor's distance: without noise, and its increase with it; of laboratories' people.
 _FLOOR_DEVIATION = (0.005, 0.13)
 #: Deviation of the logarithm of adults' stature, women and men together (mean 1.69 m, deviation 0.095 m).
 _STATURE_DEVIATION = 0.056

@@ -51,9 +51,9 @@ _TOGETHER = (
     *((f"{side}_{a}", f"{side}_{b}", r) for side in ("left", "right")
       for a, b, r in (("elbow", "shoulder", 0.78), ("wrist", "elbow", 0.68), ("ankle", "knee", 0.63))),
 )  # fmt: skip
-#: Its errors are smaller where it is closer to what the rays show, as it is to plain walks: they follow the square of the
-#: distance, in stated deviations. Which distance is usual, by how much less with noise (of a detector, whose least is
-#: assumed, beyond a share of that), and bounds; chosen on people of laboratories, as captured and in other styles
+#: Its errors are smaller where it is closer to what the rays show, as it is to plain walks: they follow the square of
+#: the distance, in stated deviations. Which distance is usual, by how much less with noise (beyond a share of the least
+#: that is assumed), and bounds; chosen on people of laboratories, as captured and in other styles
 #: (`motionenv bench free_walking.coverage`).
 _DISTANCE, _DISTANCE_NOISE, _ASSUMED, _CLOSER, _FARTHER = 0.7, 12.0, 0.6, 0.35, 1.3
 #: [s] over which draws are smoothed, and widened again: the random walk of the velocity term has a tremor that errors
