@@ -8,6 +8,7 @@ import numpy as np
 import typer
 
 from motionenv._core.files import atomic_write
+from motionenv._core.representation import counted
 from motionenv.cli._shared import (
     Fps,
     Unit,
@@ -39,6 +40,9 @@ def lift(
     scale: Annotated[float | None, typer.Option(help="Pixels per metre at the walker; by default estimated.")] = None,
     project: Annotated[str | None, typer.Option(help="For 3D capture: the view to project it to.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Plot of the estimate (.png, .pdf, .svg).")] = None,
+    report: Annotated[Path | None, typer.Option(help="Page of joint angles and steps with intervals, .html.")] = None,
+    angles: Annotated[Path | None, typer.Option(help="Table of joint angles with 90 % bands, .csv.")] = None,
+    height: Annotated[float | None, typer.Option(help="The person's height [m]; by default an adult's.")] = None,
     camera: Annotated[Path | None, typer.Option(help="Calibrated camera (.json, .toml); by default guessed.")] = None,
     which: Annotated[str | None, typer.Option(help="Name of the camera in a .toml file.")] = None,
     method: Annotated[str, typer.Option(help="free: any motion; steady: a straight walk; auto: see above.")] = "auto",
@@ -56,14 +60,17 @@ def lift(
 
     Points in metres, or with --view or --scale, show a straight walk. Capture (.amc, .bvh, .c3d, .trc) is projected
     first, and the result compared with it.
-    Example: motionenv lift keypoints.json --fps 30 --camera camera.toml --out walk.bvh --plot walk.png
+    Example: motionenv lift keypoints.json --fps 30 --height 1.75 --out walk.npz --report walk.html --angles walk.csv
     """
     from motionenv.lifting import lift as lift_points
-    from motionenv.mocap import write
+    from motionenv.lifting.saving import write_lifted
     from motionenv.mocap.writing import check_suffix
 
     check_suffix(out)
-    check_folder(out)
+    for path in (out, report, angles):
+        if path is not None:
+            check_folder(path)
+    _check_gait_files(report, angles)
     if plot is not None:
         check_picture(plot, "--plot")
     alpha = None if view == "unknown" else parsed_view(view)
@@ -80,11 +87,11 @@ def lift(
     with err.status("lifting") as status:
         lifted = lift_points(
             loaded, alpha, prior=prior, elevation=_parsed_elevation(elevation), scale=scale, method=method,
-            on_progress=lambda share: status.update(f"lifting, {share:.0%}"), **known,
+            height=height, on_progress=lambda share: status.update(f"lifting, {share:.0%}"), **known,
         )  # fmt: skip
         motion = lifted.motion()
     _check_gaps(np.isnan(motion.poses).any(axis=1), motion.fps, out)
-    write(motion, out)
+    write_lifted(lifted, motion, out)
     typer.echo(f"{out}  {len(motion.poses)} frames, {motion.seconds:.2f} s at {motion.fps:g} fps")
     for line in _report(lifted):
         typer.echo(line)
@@ -94,6 +101,37 @@ def lift(
         with atomic_write(plot) as temporary:
             lifted_walk(lifted).savefig(temporary, dpi=130)
         typer.echo(f"{plot}  points and depth, with 90 % bands")
+    if report is not None or angles is not None:
+        _write_gait(lifted, report, angles)
+
+
+def _check_gait_files(report: Path | None, angles: Path | None) -> None:
+    """Refuse other suffixes before anything is lifted."""
+    for name, path, suffix in (("--report", report, ".html"), ("--angles", angles, ".csv")):
+        if path is not None and path.suffix.lower() != suffix:
+            raise MotionError(f"{name} must end in {suffix}, got {path.name}")
+
+
+def _write_gait(lifted, report: Path | None, angles: Path | None) -> None:
+    """Write the gait's page and table, and tell what they have."""
+    from motionenv.lifting import gait_of
+    from motionenv.lifting.report import known_angles, write_angles, write_gait
+
+    with err.status("drawing from the posterior"):
+        found = gait_of(lifted)
+    for warning in found.warnings:
+        note(warning)
+    if report is not None:
+        write_gait(found, report)
+        of_both = {p.name: p for p in found.parameters if not p.side}
+        told = [f"{p.name} {p.mean:.2f} ({p.low:.2f} to {p.high:.2f}) {p.unit}"
+                for name in ("speed", "step_length", "cadence") if (p := of_both.get(name))]  # fmt: skip
+        typer.echo(f"{report}  {', '.join([counted(len(found.strides), 'stride'), *told]).replace('_', ' ')}")
+    if angles is not None:
+        write_angles(found, angles)
+        typer.echo(f"{angles}  {counted(len(known_angles(found)), 'angle')} with 90 % bands")
+    for cut in found.cut:
+        note(f"{cut.start:.1f} to {cut.end:.1f} s: {cut.why}")
 
 
 def _check_gaps(gone: np.ndarray, fps: float, out: Path) -> None:

@@ -1,6 +1,7 @@
 """The points from which gait events and steps are measured: heels, toes and the pelvis."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.signal import butter, filtfilt
@@ -100,6 +101,12 @@ def _of_motion(motion: Motion) -> Feet:
 _ORDER = 2  # of the Butterworth filter, applied forwards and backwards
 
 
+@cache
+def _low_pass(cutoff: float) -> tuple[np.ndarray, np.ndarray]:
+    """The filter of a cut-off frequency relative to half the frame rate."""
+    return butter(_ORDER, cutoff)
+
+
 def bridged(path: np.ndarray) -> np.ndarray:
     """`path` (frames, n) with gaps filled linearly, and the ends held; NaN if nothing is known."""
     known = np.isfinite(path).all(-1)
@@ -117,7 +124,7 @@ def smoothed(path: np.ndarray, fps: float, cutoff: float) -> np.ndarray:
     path = bridged(path)
     if cutoff >= 0.45 * fps or len(path) < 10:
         return path
-    b, a = butter(_ORDER, cutoff / (fps / 2))
+    b, a = _low_pass(cutoff / (fps / 2))
     # Straight paths pass unchanged, and two periods of the cut-off at either end let the filter settle.
     trend = np.linspace(path[0], path[-1], len(path))
     return trend + filtfilt(b, a, path - trend, axis=0, padlen=min(round(2 * fps / cutoff), len(path) - 1))

@@ -4,7 +4,7 @@ import io
 import struct
 import zipfile
 import zlib
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -58,10 +58,13 @@ _NAMES = {"format", "version", "pose", "poses", "offsets", "radii", "height", "f
 _OPTIONAL = {"filled"}  # in files of motions of which a model filled entries
 
 
-def write(motion: Motion, path: str | Path) -> None:
-    """Write `motion` atomically; a MotionError if the folder is missing, not writable or full."""
+def write(motion: Motion, path: str | Path, beside: Mapping[str, np.ndarray] | None = None) -> None:
+    """Write `motion` atomically; a MotionError if the folder is missing, not writable or full.
+
+    Arrays of other names, `beside` the motion, are for other programs: `read` ignores them.
+    """
     with atomic_write(path) as temporary, open(temporary, "wb") as file:
-        np.savez_compressed(file, allow_pickle=False, **_fields(motion))
+        np.savez_compressed(file, allow_pickle=False, **(beside or {}), **_fields(motion))
 
 
 def encode(motion: Motion) -> Iterator[bytes]:

@@ -4,7 +4,7 @@ Plain SVG and no plotting library: a report is written in a fraction of a second
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from html import escape
 
 import numpy as np
@@ -32,7 +32,8 @@ _MEANS = {
     "knee_flexion": ("extension", "flexion"), "knee_adduction": ("valgus", "varus"),
     "knee_rotation": ("external", "internal"), "ankle_dorsiflexion": ("plantarflexion", "dorsiflexion"),
     "ankle_adduction": ("eversion", "inversion"), "ankle_rotation": ("external", "internal"),
-    "foot_progression": ("external", "internal"),
+    "foot_progression": ("external", "internal"), "trunk_tilt": ("backward", "forward"),
+    "trunk_obliquity": ("down", "up"), "trunk_rotation": ("external", "internal"),
 }  # fmt: skip
 
 #: Range of each angle's axis [degrees], the same in every report, so that reports can be compared at a glance.
@@ -41,7 +42,7 @@ RANGES = {
     "hip_flexion": (-30, 70), "hip_adduction": (-20, 20), "hip_rotation": (-30, 30),
     "knee_flexion": (-20, 80), "knee_adduction": (-20, 20), "knee_rotation": (-30, 30),
     "ankle_dorsiflexion": (-30, 30), "ankle_adduction": (-20, 20), "ankle_rotation": (-30, 30),
-    "foot_progression": (-40, 30),
+    "foot_progression": (-40, 30), "trunk_tilt": (-20, 30), "trunk_obliquity": (-20, 20), "trunk_rotation": (-30, 30),
 }  # fmt: skip
 
 
@@ -54,12 +55,14 @@ class Panel:
         curves, toe_off: by side, (strides, 101) [degrees] of strides that are known at least in part, and the mean
             toe-off [% of the cycle].
         band: mean and standard deviation (2, 101) [degrees] of a reference; None if it doesn't have this angle.
+        sure: by side, ends (2, 101) [degrees] of the mean's band, where it is known.
     """
 
     name: str
     curves: Mapping[str, np.ndarray]
     toe_off: Mapping[str, float]
     band: np.ndarray | None
+    sure: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 def angle_panel(panel: Panel) -> str:
@@ -79,6 +82,7 @@ def angle_panel(panel: Panel) -> str:
         mean, sd = panel.band
         drawn.append(band(down(mean - sd), down(mean + sd), "band"))
         drawn.append(line(across(percent), down(mean), "reference"))
+    drawn += [band(down(low), down(high), f"spread {side}") for side, (low, high) in panel.sure.items()]
     for side, curves in panel.curves.items():
         one = "single" if len(curves) == 1 else "stride"
         drawn += [line(across(percent), down(curve), f"{one} {side}") for curve in curves]

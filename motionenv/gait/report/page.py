@@ -28,17 +28,27 @@ _SOURCES = {"file": "marked in the file", "plates": "from force plates", "kinema
 
 def page(session: Session) -> str:
     """The report of a `session` as HTML."""
-    style = files(__package__).joinpath("style.css").read_text(encoding="utf-8")
-    title = f"Gait report: {escape(session.person)}"
     doubts = [f"{trial.name}: {doubt}" for trial in session.trials for doubt in trial.doubts]
+    table = parameter_table(
+        session.parameters,
+        "Mean ± standard deviation over strides; below it the 95 % interval of the mean and the number of strides.",
+    )
+    return document(
+        f"Gait report: {session.person}", _overview(session),
+        f"{alarm(doubts)}{_notes(session)}{_angles(session)}{_profile(session)}{table}{_norms(session)}"
+        f"<section><h2>Captures</h2>{''.join(map(_trial, session.trials))}</section>",
+        _methods(session),
+    )  # fmt: skip
+
+
+def document(title: str, overview: str, main: str, methods: str) -> str:
+    """A page of that `title`, in words, and of the HTML below the title, in the middle and at the end."""
+    style = files(__package__).joinpath("style.css").read_text(encoding="utf-8")
     return (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
         f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{style}</style></head><body>'
-        f"<header><h1>{title}</h1>{_overview(session)}</header>"
-        f"<main>{alarm(doubts)}{_notes(session)}{_angles(session)}{_profile(session)}{_table(session)}"
-        f"{_norms(session)}"
-        f"<section><h2>Captures</h2>{''.join(map(_trial, session.trials))}</section></main>"
-        f"<footer>{_methods(session)}<p>Made with motionenv {__version__}.</p></footer></body></html>\n"
+        f"<header><h1>{escape(title)}</h1>{overview}</header><main>{main}</main>"
+        f"<footer>{methods}<p>Made with motionenv {__version__}.</p></footer></body></html>\n"
     )
 
 
@@ -161,9 +171,10 @@ def _norm(norm: Norm, own: Parameter) -> str:
     return f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
-def _table(session: Session) -> str:
+def parameter_table(parameters: Sequence[Parameter], words: str) -> str:
+    """The table of step parameters, below `words` on what is in its cells."""
     by_name: dict[str, dict[str, Parameter]] = defaultdict(dict)
-    for parameter in session.parameters:
+    for parameter in parameters:
         by_name[parameter.name][parameter.side] = parameter
     body = []
     for heading, names in _ROWS.items():
@@ -172,8 +183,8 @@ def _table(session: Session) -> str:
     if not body:
         return ""
     return (
-        '<section><h2>Step parameters</h2><p class="soft">Mean ± standard deviation over strides; below it the 95 % '
-        "interval of the mean and the number of strides.</p><table><thead><tr><th></th><th>left</th><th>right</th>"
+        f'<section><h2>Step parameters</h2><p class="soft">{words}</p>'
+        "<table><thead><tr><th></th><th>left</th><th>right</th>"
         f"<th>both</th><th>unit</th></tr></thead><tbody>{''.join(body)}</tbody></table></section>"
     )
 

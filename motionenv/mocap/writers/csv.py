@@ -13,7 +13,7 @@ are not included; NPZ has them.
 
 import csv
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import chain
 
 import numpy as np
@@ -32,18 +32,22 @@ COLUMNS = (
 _TOGETHER = 500  # frames converted to text at a time
 
 
-def encode(motion: Motion) -> Iterator[bytes]:
-    """The bytes of a table of one sequence's poses (frames, 25) and markers, a few hundred rows at a time."""
+def encode(motion: Motion, beside: Mapping[str, np.ndarray] | None = None) -> Iterator[bytes]:
+    """The bytes of a table of one sequence's poses (frames, 25) and markers, a few hundred rows at a time.
+
+    Further columns (frames,), by name, come `beside` them.
+    """
     check_sequence(motion, "CSV", gaps=True)
     frames = np.arange(len(motion.poses))
-    rows = (_rows(motion, frames[start : start + _TOGETHER]) for start in frames[::_TOGETHER])
-    return chain([",".join(COLUMNS).encode() + b"\n"], rows)
+    more = np.column_stack(list(beside.values())) if beside else np.empty((len(frames), 0))
+    rows = (_rows(motion, frames[start : start + _TOGETHER], more) for start in frames[::_TOGETHER])
+    return chain([",".join([*COLUMNS, *(beside or {})]).encode() + b"\n"], rows)
 
 
-def _rows(motion: Motion, frames: np.ndarray) -> bytes:
+def _rows(motion: Motion, frames: np.ndarray, more: np.ndarray) -> bytes:
     poses = motion.poses[frames]
     points = markers(poses, motion.skeleton).reshape(len(poses), -1)
-    table = np.column_stack([frames / motion.fps, poses, points])
+    table = np.column_stack([frames / motion.fps, poses, points, more[frames]])
     text = io.StringIO(newline="")
     rows = csv.writer(text, lineterminator="\n")
     rows.writerows([value if value == value else "" for value in row] for row in table.tolist())
