@@ -67,12 +67,7 @@ def lift(
     from motionenv.mocap.writing import check_suffix
 
     check_suffix(out)
-    for path in (out, report, angles):
-        if path is not None:
-            check_folder(path)
-    _check_gait_files(report, angles)
-    if plot is not None:
-        check_picture(plot, "--plot")
+    _check_outputs(out, plot, report, angles)
     alpha = None if view == "unknown" else parsed_view(view)
     of_detector = {"person": person, "format": format, "size": None if size is None else parsed_size(size)}
     if weights is not None and points.suffix.lower() not in _FILMS:
@@ -101,15 +96,19 @@ def lift(
         with atomic_write(plot) as temporary:
             lifted_walk(lifted).savefig(temporary, dpi=130)
         typer.echo(f"{plot}  points and depth, with 90 % bands")
-    if report is not None or angles is not None:
-        _write_gait(lifted, report, angles)
+    _write_gait(lifted, report, angles)
 
 
-def _check_gait_files(report: Path | None, angles: Path | None) -> None:
-    """Refuse other suffixes before anything is lifted."""
+def _check_outputs(out: Path, plot: Path | None, report: Path | None, angles: Path | None) -> None:
+    """Refuse files that can't be written before anything is lifted."""
+    check_folder(out)
+    if plot is not None:
+        check_picture(plot, "--plot")
     for name, path, suffix in (("--report", report, ".html"), ("--angles", angles, ".csv")):
-        if path is not None and path.suffix.lower() != suffix:
-            raise MotionError(f"{name} must end in {suffix}, got {path.name}")
+        if path is not None:
+            check_folder(path)
+            if path.suffix.lower() != suffix:
+                raise MotionError(f"{name} must end in {suffix}, got {path.name}")
 
 
 def _write_gait(lifted, report: Path | None, angles: Path | None) -> None:
@@ -117,6 +116,8 @@ def _write_gait(lifted, report: Path | None, angles: Path | None) -> None:
     from motionenv.lifting import gait_of
     from motionenv.lifting.report import known_angles, write_angles, write_gait
 
+    if report is None and angles is None:
+        return
     with err.status("drawing from the posterior"):
         found = gait_of(lifted)
     for warning in found.warnings:

@@ -255,10 +255,7 @@ def lift(
         raise MotionError("free motion needs points in pixels, without alpha and scale: omit them, or method")
     if camera is not None and (method == "steady" or parallel):
         raise MotionError("a steady walk is lifted orthographically: omit camera, or method, alpha and scale")
-    if height is not None:
-        checked_number(height, "height", *HEIGHT_RANGE)
-        if steady:
-            raise MotionError("height is of free motion, lifted from pixels: omit it, or method, alpha and scale")
+    _check_height(height, steady)
     check_points(points, scale)
     if steady:
         return _steady(model, points, alpha, elevation, scale, robust)
@@ -286,6 +283,13 @@ def _steady(model: WalkerPrior, points: Points, alpha, elevation, scale, robust:
         unknown = [name for name in unknown if name != "scale"]
     found = refine(model, points, _start(model, views, series), unknown=tuple(unknown), robust=robust)
     return Lifted(points, swapped, found, series, _others(views), _contradiction(views, free))
+
+
+def _check_height(height: float | None, steady: bool) -> None:
+    if height is not None:
+        checked_number(height, "height", *HEIGHT_RANGE)
+        if steady:
+            raise MotionError("height is of free motion, lifted from pixels: omit it, or method, alpha and scale")
 
 
 def _check(points, alpha, elevation, scale, camera) -> None:

@@ -118,9 +118,9 @@ def _angles(found: LiftedGait) -> str:
     spans = {"left": "left", "right": "right", "band": f"mean ± 1 SD of {reference.people} people", "stance": "stance"}
     key = "".join(f'<span class="{kind}"><i></i>{text}</span>' for kind, text in spans.items())
     return "" if not panels else (
-        '<section><h2>Joint angles</h2><p class="soft">From initial contact to initial contact. Thin lines are strides, '
-        "thick ones means of at least two. Coloured areas hold the mean with 90 % probability: strides and lifting are "
-        f'uncertain.</p><p class="key">{key}</p><div class="panels">{"".join(panels)}</div></section>'
+        '<section><h2>Joint angles</h2><p class="soft">From initial contact to initial contact. Thin lines are '
+        "strides, thick ones means of at least two. Coloured areas hold the mean with 90 % probability: strides and "
+        f'lifting are uncertain.</p><p class="key">{key}</p><div class="panels">{"".join(panels)}</div></section>'
     )  # fmt: skip
 
 

@@ -11,9 +11,20 @@ from motionenv.mocap.writers.common import save
 from motionenv.mocap.writing import write
 from motionenv.types import MARKERS, Motion
 
+_OF_BOTH = (
+    "positions", "band", "confidence", "unlike", "heading", "contact", "swapped", "misfit", "plausible", "feet",
+)  # fmt: skip
+_OF_FREE = (
+    "deviations", "weights", "unit", "unit_deviation", "noise", "origin", "focal", "focal_deviation", "surprise",
+)  # fmt: skip
+_OF_STEADY = (
+    "deviations", "weights", "coefficients", "alpha", "elevation", "scale", "frequency", "names",
+    "parameter_covariance",
+)  # fmt: skip
+
 
 def write_lifted(lifted: Lifted, motion: Motion, path: str | Path) -> None:
-    """Write the `motion` of what was `lifted` as `motionenv.write` does, .npz and .csv with all that is known beside it.
+    """Write the `motion` of what was `lifted` as `motionenv.write` does; .npz and .csv also tell how certain it is.
 
     Raises:
         GapError: the motion has gaps in time, which the format can't represent.
@@ -23,10 +34,9 @@ def write_lifted(lifted: Lifted, motion: Motion, path: str | Path) -> None:
     if suffix == ".npz":
         npz.write(motion, path, known_of(lifted))
     elif suffix == ".csv":
-        columns = {
-            f"{name}_band_{axis}_m": lifted.band[:, i, k] for i, name in enumerate(MARKERS) for k, axis in enumerate("xyz")
-        }  # fmt: skip
-        columns |= {f"{name}_confidence": lifted.confidence[:, i] for i, name in enumerate(MARKERS)}
+        names = [f"{name}_band_{axis}_m" for name in MARKERS for axis in "xyz"]
+        columns = dict(zip(names, lifted.band.reshape(len(lifted.band), -1).T, strict=True))
+        columns |= dict(zip((f"{name}_confidence" for name in MARKERS), lifted.confidence.T, strict=True))
         save(csv.encode(motion, columns | {"unlike": lifted.unlike.astype(float)}), path)
     else:
         write(motion, path)
@@ -35,27 +45,9 @@ def write_lifted(lifted: Lifted, motion: Motion, path: str | Path) -> None:
 def known_of(lifted: Lifted) -> dict[str, np.ndarray]:
     """All that is known of a lifted motion, by name (`docs/file-formats.md`)."""
     fit = lifted.free or lifted.posterior
-    assert fit is not None
-    found = {
-        "markers": np.array(MARKERS), "positions": lifted.positions, "deviations": fit.deviations, "band": lifted.band,
-        "confidence": lifted.confidence, "unlike": lifted.unlike, "heading": lifted.heading, "contact": lifted.contact,
-        "swapped": lifted.swapped, "weights": fit.weights, "misfit": np.array(fit.misfit),
-        "plausible": np.array(lifted.plausible), "points": lifted.points.positions,
-    }  # fmt: skip
-    if lifted.free is not None:
-        free = lifted.free
-        found |= {
-            "unit": np.array(free.unit), "unit_deviation": np.array(free.unit_deviation), "noise": np.array(free.noise),
-            "origin": free.origin, "focal": np.array(free.focal), "focal_deviation": np.array(free.focal_deviation),
-            "surprise": free.surprise,
-        }  # fmt: skip
-        if lifted.feet is not None:
-            found["feet"] = lifted.feet
-        if free.other is not None:
-            found |= {"other_positions": free.other.positions, "other_probability": np.array(free.other.probability)}
-    if lifted.posterior is not None:
-        steady = lifted.posterior
-        scalars = {"alpha": steady.alpha, "elevation": steady.elevation, "scale": steady.scale,
-                   "frequency": steady.frequency, "alpha_deviation": steady.standard_deviation("alpha")}  # fmt: skip
-        found |= {name: np.array(value) for name, value in scalars.items()} | {"coefficients": steady.coefficients}
-    return found
+    found = {name: getattr(lifted, name) for name in _OF_BOTH} | {"points": lifted.points.positions}
+    found |= {name: getattr(fit, name) for name in (_OF_FREE if lifted.free else _OF_STEADY)}
+    if lifted.free and lifted.free.other is not None:
+        other = lifted.free.other
+        found |= {"other_positions": other.positions, "other_probability": other.probability}
+    return {name: np.asarray(value) for name, value in found.items() if value is not None}

@@ -7,7 +7,8 @@ from fastapi import APIRouter, Request
 from starlette.responses import Response
 
 from motionenv import Points, WalkerPrior
-from motionenv.lifting import Lifted, OtherView, lift
+from motionenv.lifting import Lifted, OtherView, gait_of, lift
+from motionenv.lifting.report import gait_page, to_dict
 from motionenv.types import MARKERS, POSE, Camera
 from service.errors import documented
 from service.formats import dumps
@@ -34,16 +35,20 @@ def _lifted(asked: LiftRequest, prior: WalkerPrior) -> bytes:
         _points(asked), None if asked.view is None else math.radians(asked.view), prior=prior,
         elevation=None if asked.elevation == "unknown" else math.radians(asked.elevation), scale=asked.scale,
         robust=asked.robust, camera=_camera(asked.camera), method=asked.method,
-        distortion=None if asked.camera is None else asked.camera.distortion,
+        distortion=None if asked.camera is None else asked.camera.distortion, height=asked.height,
     )  # fmt: skip
-    return dumps(to_response(found))
+    gait = gait_of(found) if asked.gait else None
+    return dumps(to_response(found) | {"gait": gait and to_dict(gait) | {"page": gait_page(gait)}})
 
 
 def _points(asked: LiftRequest) -> Points:
     rows = [[[*(point or (None, None)), None][:3] for point in frame] for frame in asked.points]
     values = np.array(rows, dtype=np.float64)
     told = np.isfinite(values[..., 2]).any()
-    return Points(values[..., :2], asked.fps, asked.unit, confidence=values[..., 2] if told else None)
+    feet = None
+    if asked.feet is not None:
+        feet = np.array([[(point or (None, None))[:2] for point in frame] for frame in asked.feet], dtype=np.float64)
+    return Points(values[..., :2], asked.fps, asked.unit, confidence=values[..., 2] if told else None, feet=feet)
 
 
 def _camera(asked: LiftCamera | None) -> Camera | list[Camera] | np.ndarray | None:

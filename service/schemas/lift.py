@@ -58,6 +58,11 @@ class LiftRequest(Request):
         0.0, description="Angle by which the camera looks down [degrees]; 'unknown': estimate it."
     )
     scale: float | None = Field(None, gt=0, le=1e6, description="Pixels per metre at the walker; estimated if missing.")
+    height: float | None = Field(None, ge=0.5, le=2.5, description="The person's height [m]; an adult's if missing.")
+    feet: list[Annotated[list[Point | None], Field(min_length=4, max_length=4)]] | None = Field(
+        None, description="(frames, 4, 2): left heel and toe, right heel and toe, as `points`."
+    )
+    gait: bool = Field(False, description="Whether to answer with joint angles, events and step parameters, too.")
     robust: bool = Field(True, description="Whether outliers of a steady walk count less.")
     camera: LiftCamera | None = Field(None, description="For points in pixels; guessed if missing.")
     method: Literal["auto", "steady", "free"] = Field(
@@ -73,6 +78,8 @@ class LiftRequest(Request):
     @model_validator(mode="after")
     def _pose_of_every_frame(self) -> Self:
         poses = None if self.camera is None else self.camera.poses
+        if self.feet is not None and len(self.feet) != len(self.points):
+            raise ValueError(f"feet must have {len(self.points)} frames as points, got {len(self.feet)}")
         if poses is not None and len(poses) != len(self.points):
             raise ValueError(f"camera.poses must have one pose for each of the {len(self.points)} frames, "
                              f"got {len(poses)}")  # fmt: skip
@@ -106,6 +113,47 @@ class OtherMotion(BaseModel):
     probability: float = Field(ge=0, le=1, description="Probability that this is the true motion.")
 
 
+class AngleBand(BaseModel):
+    """A joint angle over time, with its 90 % band; null where it is cut out."""
+
+    degrees: list[float | None] = Field(description="(frames,).")
+    low: list[float | None] = Field(description="(frames,).")
+    high: list[float | None] = Field(description="(frames,).")
+
+
+class LiftedEvent(BaseModel):
+    """An initial contact or a toe-off."""
+
+    kind: Literal["initial_contact", "toe_off"] = Field(description="What happens.")
+    side: Literal["left", "right"] = Field(description="Of which foot.")
+    time: float = Field(description="Since the first frame [s].")
+    deviation: float = Field(description="Standard deviation of the time [s].")
+    share: float = Field(ge=0, le=1, description="Probability that the foot steps there.")
+
+
+class LiftedCut(BaseModel):
+    """What is cut out of the angles."""
+
+    start: float = Field(description="Since the first frame [s].")
+    end: float = Field(description="Since the first frame [s].")
+    why: str = Field(description="For what reason.")
+
+
+class LiftedGait(BaseModel):
+    """Gait of the lifted person, with uncertainties."""
+
+    angles: dict[str, AngleBand] = Field(description="By name, such as left_knee_flexion; none that is undetermined.")
+    events: list[LiftedEvent] = Field(description="In the order of time.")
+    parameters: list[dict[str, str | float | None]] = Field(
+        description="Step parameters, as of gait; low and high are 90 % intervals of strides and lifting together."
+    )
+    cut: list[LiftedCut] = Field(description="What is cut out, in the order of time.")
+    undetermined: dict[str, str] = Field(description="By angle without its side, why it isn't told.")
+    scale: str = Field(description="Where sizes come from.")
+    warnings: list[str] = Field(description="What else is wrong with the figures.")
+    page: str = Field(description="The same as a page of HTML.")
+
+
 class LiftResponse(BaseModel):
     """Motion in three dimensions, with uncertainties."""
 
@@ -129,3 +177,4 @@ class LiftResponse(BaseModel):
     poses: list[list[float | None]] = Field(description="(frames, 25) [m, rad]: poses of the body.")
     height: float = Field(description="Body height [m].")
     swapped: list[list[bool]] = Field(description="(frames, 2): whether the sides of arms and of legs were exchanged.")
+    gait: LiftedGait | None = Field(None, description="If it was asked for.")

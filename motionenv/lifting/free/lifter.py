@@ -116,14 +116,18 @@ class FreeFit(OneLine):
         """Motions (count, frames, 15, 3) [m] as of `motionenv.lifting.Lifted.draws`, with heels and toes if seen."""
         lasting = rng.standard_normal((2, count, len(MARKERS), 3))
         lasting[:, :, _M["pelvis"]] = 0.0
-        off = np.zeros((count, *self.positions.shape))
-        square = np.zeros(len(self.positions))
+        passing, off = np.zeros((2, count, *self.positions.shape))
+        share, square = np.zeros((2, len(self.positions)))
         for fit, part in self._stretches:
             ends = _ends(part.stop - part.start)
-            off[:, part] += self.unit * ends[:, None, None] * fit.draws(count, rng, lasting[0])
+            passing[:, part] += ends[:, None, None] * fit.passing(count, rng)
+            off[:, part] += ends[:, None, None] * fit.lasting_for(lasting[0])
+            share[part] += ends
             square[part] += ends**2
-        off /= np.sqrt(np.where(square > 0, square, np.nan))[:, None, None]  # where two are blended, as wide as one
-        off += self.bias * lasting[1][:, None]
+        share[share == 0] = np.nan
+        # What passes is independent in two stretches, what lasts is the same: where they are blended, as wide as one.
+        passing /= np.sqrt(np.where(square > 0, square, np.nan))[:, None, None]
+        off = self.unit * (passing + off / share[:, None, None]) + self.bias * lasting[1][:, None]
         size = np.exp(self.unit_deviation * rng.standard_normal((count, 1, 1, 1)))
         places = self.origin + size * (self.positions - self.origin + off)
         feet = self.feet(places, rng)

@@ -112,11 +112,8 @@ class Fit:
     equations: "Callable[[], _System] | None" = None
     fps: float = 30.0
 
-    def draws(self, count: int, rng: np.random.Generator, lasting: np.ndarray) -> np.ndarray:
-        """Errors (count, frames, 15, 3) [body units] that `places` may have; about the pelvis as `deviations` tell.
-
-        `lasting` (count, 15, 3) are standard normal numbers for what lasts as long as the frames do.
-        """
+    def passing(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Draws (count, frames, 15, 3) [body units] of errors of `places` that pass within a moment."""
         assert self.equations is not None
         drawn = self.equations().sample(count, rng)
         others = np.arange(len(MARKERS)) != _PELVIS
@@ -124,8 +121,11 @@ class Fit:
         calm = ndimage.gaussian_filter1d(drawn, _CALM * self.fps, axis=1, mode="nearest")
         drawn = calm * np.sqrt((drawn**2).mean(axis=(0, 1)) / (calm**2).mean(axis=(0, 1)))
         drawn[:, :, others] += drawn[:, :, [_PELVIS]]
-        together = np.einsum("mk,nka->nma", _mixing(), lasting)
-        return drawn + np.einsum("tmab,nmb->ntma", self.lasting, together)
+        return drawn
+
+    def lasting_for(self, numbers: np.ndarray) -> np.ndarray:
+        """Errors (count, frames, 15, 3) [body units] that last, for standard normal numbers (count, 15, 3)."""
+        return np.einsum("tmab,mk,nkb->ntma", self.lasting, _mixing(), numbers, optimize=True)
 
 
 def smooth(

@@ -6,7 +6,7 @@ import pytest
 from motionenv.body import markers
 from motionenv.errors import MotionError
 from motionenv.lifting.free.posture_network import BODY_UNIT
-from motionenv.lifting.free.smoother import DEFAULTS, contacts, smooth, solve
+from motionenv.lifting.free.smoother import DEFAULTS, contacts, sample, smooth, solve
 from motionenv.models.synthesis import synthesize
 from motionenv.types import MARKERS
 
@@ -118,3 +118,27 @@ def test_what_frames_do_not_determine_is_told():
     own[1] = -np.eye(2)
     with pytest.raises(MotionError, match="don't determine"):
         solve(own, *others, right)
+
+
+@pytest.mark.parametrize("frames", [1, 3, 6])
+def test_draws_spread_as_the_dense_inverse_tells(frames):
+    blocks, dense, _ = system(frames, 4, np.random.default_rng(frames))
+    count = 200_000
+    drawn = sample(*blocks, count, np.random.default_rng(1)).reshape(count, -1)
+    inverse = np.linalg.inv(dense)
+    error = np.sqrt((np.outer(np.diag(inverse), np.diag(inverse)) + inverse**2) / count)  # of a sample's covariance
+    assert (np.abs(drawn.T @ drawn / count - inverse) < 5 * error).all()
+    assert (np.abs(drawn.mean(axis=0)) < 5 * np.sqrt(np.diag(inverse) / count)).all()
+
+
+def test_draws_of_a_fit_spread_about_the_pelvis_as_its_deviations():
+    fit, rng = fitted(), np.random.default_rng(0)
+    lasting = rng.standard_normal((400, 15, 3))
+    lasting[:, 2] = 0.0
+    drawn = fit.passing(400, rng) + fit.lasting_for(lasting)
+    about = np.delete(drawn - drawn[:, :, [2]], 2, axis=2)
+    ratio = about.std(axis=0) / np.delete(fit.deviations, 2, axis=1)
+    assert ratio.mean() == pytest.approx(1.0, abs=0.05)
+    assert (np.abs(ratio - 1) < 0.4).all()
+    hips = (about[:, :, MARKERS.index("left_hip") - 1] * about[:, :, MARKERS.index("right_hip") - 1]).mean()
+    assert hips < 0  # errors turn the hips
