@@ -265,7 +265,9 @@ def fit_labelled(
     rays = replace(rays, directions=rays.directions[:, : len(MARKERS)])
     detected = points.confidence is not None
     if detected:
-        settings = replace(settings, least_ray=settings.detector_ray)
+        settings = replace(
+            settings, least_ray=settings.detector_ray, tail=settings.detector_tail, posture=settings.detector_posture
+        )
     sections = _sections(rays.directions, points)
     unit, passes = BODY_UNIT, 2 if np.ptp(rays.origins, axis=0).any() else 1
     for again in range(passes):

@@ -61,7 +61,6 @@ _DISTANCE, _DISTANCE_NOISE, _ASSUMED, _CLOSER, _FARTHER = 0.7, 12.0, 0.6, 0.35, 
 _CALM = 0.08
 #: Noise is taken to be larger in the first rounds, so that outliers don't decide where the fit goes.
 _FIRST_NOISE, _COOLING = 0.2, 0.5
-_TAIL = 12.0  # squared error at which Geman and McClure's loss gives a ray a quarter of its weight
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,12 @@ class Settings:
     floor: float = 0.06
     sliding: float = 0.5  # of a foot that stands [1/s]
     least_ray: float = 0.004  # least error of a ray, relative to the body's apparent size
-    detector_ray: float = 0.1  # the same of a detector's points: differences over time don't show errors that last
+    tail: float = 12.0  # squared error at which Geman and McClure's loss gives a ray a quarter of its weight
+    #: The same of a detector's points: differences over time don't show errors that last, and limbs are exchanged.
+    #: Chosen for the angles of hips and knees, on six people of laboratories (`motionenv bench lifting.degrees`).
+    detector_ray: float = 0.1
+    detector_tail: float = 4.0
+    detector_posture: float = 1.4
     rounds: int = 7
 
 
@@ -162,7 +166,7 @@ def smooth(
             fit.equations, fit.fps = last, fps
             break
         off = ((across @ (fit.places - origins[:, None])[..., None]) ** 2).sum(axis=(-2, -1)) / expected**2
-        fit.weights = seen * precision / (1 + off * precision / _TAIL) ** 2
+        fit.weights = seen * precision / (1 + off * precision / settings.tail) ** 2
         distance = np.linalg.norm(fit.places - origins[:, None], axis=-1)
         fit.limbs = _lengths(fit.places)
         fit.limbs *= whole / fit.limbs[_SPINE].sum()  # proportions only: else the body grows from round to round
