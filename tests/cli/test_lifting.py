@@ -175,3 +175,20 @@ def test_a_film_is_detected_and_what_it_lacks_is_told(run, tmp_path, monkeypatch
     ):
         result = run("lift", *args, "--out", "walk.bvh")
         assert (result.code, says in result.err.replace("\n", " ")) == (2, True), result.err
+
+
+def test_a_report_and_a_table_of_angles(run, walked, tmp_path):
+    camera = fit_view(walked[1].positions, 0.2, width=640, height=480)
+    write_points(Points(camera.project(walked[1].positions)[0], 30, "px"), tmp_path / "points.csv")
+    common = ("lift", "points.csv", "--out", "walk.npz", "--height", "1.8")
+    result = run(*common, "--report", "walk.html", "--angles", "angles.csv")
+    assert result.code == 0, result.err
+    assert "strides, speed" in result.out
+    assert "angles.csv  " in result.out
+    assert "person&#x27;s height, 1.80 m" in (tmp_path / "walk.html").read_text()
+    assert (tmp_path / "angles.csv").read_text().startswith("time_s,angle,degrees,low,high\n0.0000,")
+    with np.load(tmp_path / "walk.npz") as file:
+        assert file["band"].shape == (90, 15, 3)
+    for option, name in (("--report", "walk.pdf"), ("--angles", "angles.xlsx")):
+        assert "must end in" in run(*common, option, name).err
+    assert "height must be" in run("lift", "points.csv", "--out", "walk.npz", "--height", "18").err
