@@ -21,6 +21,7 @@ from motionenv.lifting.gait import Cut, GaitEvent, LiftedGait, gait_of
 from motionenv.lifting.pipeline import Lifted, OtherView, lift
 from motionenv.lifting.posterior import MISFIT_LIMIT, WalkPosterior
 from motionenv.lifting.refinement import InitialEstimate, refine
+from motionenv.lifting.report import gait_figures, gait_page, write_angles, write_gait
 from motionenv.lifting.view_geometry import project_markers
 from motionenv.lifting.views.known_view import Reconstruction, least_squares, maximum_a_posteriori
 from motionenv.lifting.views.unknown_view import Views, find_view
@@ -42,10 +43,14 @@ __all__ = [
     "find_view",
     "fit_freely",
     "fourier_points",
+    "gait_figures",
     "gait_of",
+    "gait_page",
     "least_squares",
     "lift",
     "maximum_a_posteriori",
     "project_markers",
     "refine",
+    "write_angles",
+    "write_gait",
 ]  # fmt: skip

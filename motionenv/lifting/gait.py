@@ -139,7 +139,7 @@ class LiftedGait(OneLine):
         return self.angles[:, NAMES.index(name)]
 
     def band(self, name: str) -> np.ndarray:
-        """Ends (2, frames) [degrees] of an angle's 90 % band."""
+        """Ends (2, frames) [degrees] of the 90 % band of the angle `name`."""
         i = NAMES.index(name)
         return self.angles[:, i] + BAND * np.array([[-1.0], [1.0]]) * self.deviations[:, i]
 

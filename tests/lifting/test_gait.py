@@ -14,7 +14,7 @@ from motionenv.lifting import gait_of, lift, project_markers
 from motionenv.lifting.free import lifter
 from motionenv.lifting.gait import NAMES, LiftedGait, _analysed, _parameters, _Walk
 from motionenv.lifting.pipeline import motion_of
-from motionenv.lifting.report import gait_page, to_dict, write_angles, write_gait
+from motionenv.lifting.report import gait_figures, gait_page, write_angles, write_gait
 from motionenv.lifting.saving import write_lifted
 from motionenv.mocap import read
 from motionenv.mocap.clinical import clinical_angles
@@ -223,7 +223,7 @@ def test_the_page_the_table_and_the_figures_agree(side, tmp_path):
     np.testing.assert_allclose([float(row["degrees"]) for row in knee], side["left_knee_flexion"], atol=0.006)
     np.testing.assert_allclose([float(row["high"]) for row in knee], side.band("left_knee_flexion")[1], atol=0.006)
     assert not any("hip_rotation" in row["angle"] for row in rows)
-    told = json.loads(json.dumps(to_dict(side), default=lambda values: values.tolist()))
+    told = json.loads(json.dumps(gait_figures(side), default=lambda values: values.tolist()))
     assert told["scale"] == side.scale
     assert len(told["events"]) == len(side.events)
     for write, name in ((write_gait, "walk.pdf"), (write_angles, "walk.xlsx")):
