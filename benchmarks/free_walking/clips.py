@@ -95,6 +95,12 @@ def clip(sources: Sources, rng: np.random.Generator, frames: int = FRAMES, fps: 
     return out
 
 
+def restyled(sources: Sources, rng: np.random.Generator, frames: int, fps: float) -> np.ndarray | None:
+    """A captured walk (frames, 15, 3) [m] in another person's style, proportions and joints; None if it's short."""
+    made = _posed(sources, rng, rng.uniform(0.12, 0.42), frames, fps)
+    return None if made is None else _redefined(made, rng)
+
+
 def _along_x(motion: Motion) -> Motion:
     """The motion turned to travel along x from the origin."""
     poses = motion.poses.copy()

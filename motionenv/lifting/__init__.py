@@ -20,6 +20,7 @@ from motionenv.lifting.free.lifter import FreeFit, OtherMotion, fit_freely
 from motionenv.lifting.gait import Cut, GaitEvent, LiftedGait, gait_of
 from motionenv.lifting.pipeline import Lifted, OtherView, lift
 from motionenv.lifting.posterior import MISFIT_LIMIT, WalkPosterior
+from motionenv.lifting.report import gait_figures, gait_page, write_angles, write_gait
 from motionenv.lifting.turning_camera import CameraMotion, camera_motion
 from motionenv.lifting.view_geometry import project_markers
 from motionenv.lifting.views.known_view import Reconstruction, least_squares, maximum_a_posteriori
@@ -43,9 +44,13 @@ __all__ = [
     "find_view",
     "fit_freely",
     "fourier_points",
+    "gait_figures",
     "gait_of",
+    "gait_page",
     "least_squares",
     "lift",
     "maximum_a_posteriori",
     "project_markers",
+    "write_angles",
+    "write_gait",
 ]  # fmt: skip

@@ -141,7 +141,7 @@ class Lifted(OneLine):
         return self.draws_with_feet(count, rng)[0]
 
     def draws_with_feet(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray | None]:
-        """`draws`, and the left heel and toe and right heel and toe of each (count, frames, 4, 3) [m], or None."""
+        """`draws` of `count` and `rng`, and left heel and toe, right heel and toe of each (count, frames, 4, 3) [m]."""
         count = checked_whole(count, "count", 1)
         if self.posterior is not None:
             return self.posterior.draws(count, rng), None

@@ -92,7 +92,7 @@ class WalkPosterior(OneLine):
         return np.sqrt(variance).swapaxes(0, 1)
 
     def draws(self, count: int, rng: np.random.Generator) -> np.ndarray:
-        """`count` walks (count, frames, 15, 3) [m] as `positions`, spread as `deviations` tell."""
+        """`count` walks (count, frames, 15, 3) [m] by `rng`, as `positions`, spread as `deviations` tell."""
         off = rng.multivariate_normal(np.zeros(len(self._joint)), self._joint, count, method="eigh")
         time = (self.phases - self.phases.mean()) / (np.ptp(self.phases) / 2)
         late = off[:, 226, None] + off[:, 227, None] * time

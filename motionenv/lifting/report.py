@@ -36,7 +36,7 @@ def write_gait(found: LiftedGait, out: str | Path) -> None:
 
 
 def write_angles(found: LiftedGait, out: str | Path) -> None:
-    """Write `found` angles to a table, .csv: a row per frame and angle with its time [s] and 90 % band [degrees].
+    """Write `found` angles to the table `out`, .csv: a row per frame and angle, with its time and 90 % band [degrees].
 
     Angles that are undetermined throughout have no rows; what is cut out has empty fields.
 
@@ -56,12 +56,12 @@ def write_angles(found: LiftedGait, out: str | Path) -> None:
 
 
 def known_angles(found: LiftedGait) -> list[str]:
-    """Names of the angles that are told in some frame."""
+    """Names of the angles of what was `found` that are told in some frame."""
     return [name for name in NAMES if np.isfinite(found[name]).any()]
 
 
-def to_dict(found: LiftedGait) -> dict:
-    """The figures for JSON; what is cut out is NaN."""
+def gait_figures(found: LiftedGait) -> dict:
+    """The figures of what was `found` for JSON; what is cut out is NaN."""
     return {
         "angles": {
             name: dict(zip(("degrees", "low", "high"), (found[name], *found.band(name)), strict=True))
@@ -78,7 +78,7 @@ def to_dict(found: LiftedGait) -> dict:
 
 
 def gait_page(found: LiftedGait) -> str:
-    """The page as HTML."""
+    """The page of what was `found` as HTML."""
     table = parameter_table(found.parameters, _WORDS)
     main = f"{_notes(found)}{_angles(found)}{table}{_events(found)}{_path(found)}"
     return document(f"Gait from film: {found.lifted.points.name or 'a walk'}", _overview(found), main, _methods(found))

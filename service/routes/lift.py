@@ -7,8 +7,7 @@ from fastapi import APIRouter, Request
 from starlette.responses import Response
 
 from motionenv import Points, WalkerPrior
-from motionenv.lifting import Lifted, OtherView, gait_of, lift
-from motionenv.lifting.report import gait_page, to_dict
+from motionenv.lifting import Lifted, OtherView, gait_figures, gait_of, gait_page, lift
 from motionenv.types import MARKERS, POSE, Camera
 from service.errors import about, documented
 from service.formats import dumps
@@ -41,7 +40,7 @@ def _lifted(asked: LiftRequest, prior: WalkerPrior) -> bytes:
             distortion=None if asked.camera is None else asked.camera.distortion,
         )  # fmt: skip
         gait = gait_of(found) if asked.gait else None
-        return dumps(to_response(found) | {"gait": gait and to_dict(gait) | {"page": gait_page(gait)}})
+        return dumps(to_response(found) | {"gait": gait and gait_figures(gait) | {"page": gait_page(gait)}})
 
 
 def _points(asked: LiftRequest) -> Points:

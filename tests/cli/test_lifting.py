@@ -305,3 +305,20 @@ def test_a_film_goes_from_pixels_to_a_lifted_walk(run, tmp_path, blazepose):
     true, got = markers(poses, made.skeleton), markers(found.poses, found.skeleton)
     off = np.linalg.norm(got - got[:, 2:3] - true + true[:, 2:3], axis=-1)
     assert np.nanmean(off) < 0.09
+
+
+def test_a_report_and_a_table_of_angles(run, walked, tmp_path):
+    camera = fit_view(walked[1].positions, 0.2, width=640, height=480)
+    write_points(Points(camera.project(walked[1].positions)[0], 30, "px"), tmp_path / "points.csv")
+    common = ("lift", "points.csv", "--out", "walk.npz", "--height", "1.8")
+    result = run(*common, "--report", "walk.html", "--angles", "angles.csv")
+    assert result.code == 0, result.err
+    assert "strides, speed" in result.out
+    assert "angles.csv  " in result.out
+    assert "person&#x27;s height, 1.80 m" in (tmp_path / "walk.html").read_text()
+    assert (tmp_path / "angles.csv").read_text().startswith("time_s,angle,degrees,low,high\n0.0000,")
+    with np.load(tmp_path / "walk.npz") as file:
+        assert file["band"].shape == (90, 15, 3)
+    for option, name in (("--report", "walk.pdf"), ("--angles", "angles.xlsx")):
+        assert "must end in" in run(*common, option, name).err
+    assert "height must be" in run("lift", "points.csv", "--out", "walk.npz", "--height", "18").err

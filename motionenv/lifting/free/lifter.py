@@ -29,6 +29,8 @@ _ABSENT, _SHOWN, _LEAST = 2.0, 4, 5
 _RECENTLY = 1.0  # [s] before and after a marker is seen for which bands of its places hold
 #: Height of a standing ankle's centre: mean and deviation [m]; markers and detectors define it differently.
 _ANKLE, _ANKLE_DEVIATION = 0.095, 0.02
+#: Deviation of the logarithm of the floor's distance: without noise, and its increase with it; of laboratories' people.
+_FLOOR_DEVIATION = (0.005, 0.13)
 #: Deviation of the logarithm of adults' stature, women and men together (mean 1.69 m, deviation 0.095 m).
 _STATURE_DEVIATION = 0.056
 #: [m] stature of whose body unit is `BODY_UNIT`, and the deviation of its logarithm for people of one stature.
@@ -113,7 +115,7 @@ class FreeFit(OneLine):
     _stretches: tuple[tuple[Fit, slice], ...] = ()
 
     def draws(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray | None]:
-        """Motions (count, frames, 15, 3) [m] as of `motionenv.lifting.Lifted.draws`, with heels and toes if seen."""
+        """`count` motions (count, frames, 15, 3) [m] by `rng`, as of `motionenv.lifting.Lifted.draws`, feet too."""
         lasting = rng.standard_normal((2, count, len(MARKERS), 3))
         lasting[:, :, _M["pelvis"]] = 0.0
         passing, off = np.zeros((2, count, *self.positions.shape))
@@ -141,7 +143,7 @@ class FreeFit(OneLine):
     def feet(self, places: np.ndarray, rng: np.random.Generator | None = None) -> np.ndarray | None:
         """Heels and toes (..., frames, 4, 3) [m] of motions `places` (..., frames, 15, 3), or None without their rays.
 
-        See `motionenv.lifting.free.feet.lift_feet`.
+        With `rng` they are drawn; see `motionenv.lifting.free.feet.lift_feet`.
         """
         return None if self.foot_rays is None else lift_feet(places, self.foot_rays, rng)
 
@@ -277,7 +279,9 @@ def fit_labelled(
     rays = replace(rays, directions=rays.directions[:, : len(MARKERS)])
     detected = points.confidence is not None
     if detected:
-        settings = replace(settings, least_ray=settings.detector_ray)
+        settings = replace(
+            settings, least_ray=settings.detector_ray, tail=settings.detector_tail, posture=settings.detector_posture
+        )
     sections = _sections(rays.directions, points)
     unit, passes = BODY_UNIT, 2 if np.ptp(rays.origins, axis=0).any() else 1
     for again in range(passes):
@@ -393,7 +397,8 @@ def _unit(fit: Fit, rays: Rays, part: slice, stature: float | None) -> tuple[flo
     below = _ANKLE / BODY_UNIT - fit.floor
     feet = fit.weights[:, [_M["left_ankle"], _M["right_ankle"]]].any()  # the floor is under those that are seen
     if rays.posed and height > 0 and below > 0 and feet:
-        guesses.append((np.log(height / below), np.hypot(_ANKLE_DEVIATION / height, 0.02)))
+        of_floor = _FLOOR_DEVIATION[0] + _FLOOR_DEVIATION[1] * fit.noise
+        guesses.append((np.log(height / below), np.hypot(_ANKLE_DEVIATION / height, of_floor)))
     precision = np.array([1 / deviation**2 for _, deviation in guesses])
     mean = precision @ [value for value, _ in guesses] / precision.sum()
     return float(np.exp(mean)), float(precision.sum() ** -0.5)

@@ -106,3 +106,23 @@ def test_the_sternum_is_where_cmu_walkers_have_theirs(mocap):
     assert len(fractions) == 13
     assert 2 * weights["left_hip"] == pytest.approx(np.mean(fractions), abs=0.005)
     assert known.spread[MARKERS.index("sternum")] == pytest.approx(np.sqrt(np.mean(missed)), abs=0.002)
+
+
+@pytest.mark.parametrize(
+    ("name", "indices"),
+    [
+        ("halpe-26", (24, 20, 25, 21)), ("body-25", (21, 19, 24, 22)), ("mediapipe-33", (29, 31, 30, 32)),
+        ("coco-wholebody-133", (19, 17, 22, 20)),
+    ],
+)  # fmt: skip
+def test_heels_and_toes_are_those_of_the_publications(name, indices):
+    """Left heel and big toe, right heel and big toe; what scores little is a gap."""
+    known = KEYPOINT_SETS[name]
+    keypoints = np.random.default_rng(0).uniform(1, 100, (3, len(known.keypoints), 3))
+    keypoints[..., 2] = 0.9
+    keypoints[1, indices[0], 2] = 0.1
+    feet = known.feet(keypoints, 0.3)
+    expected = keypoints[:, list(indices), :2].copy()
+    expected[1, 0] = np.nan
+    np.testing.assert_array_equal(feet, expected)
+    assert KEYPOINT_SETS["coco-17"].feet(keypoints[:, :17], 0.3) is None

@@ -7,7 +7,8 @@ import pytest
 
 import motionenv
 from motionenv.body import markers
-from motionenv.lifting import project_markers
+from motionenv.gait import feet_of
+from motionenv.lifting import gait_of, project_markers
 from motionenv.models.paths import WalkPath
 from motionenv.render.cameras import fit_view
 from tests.models.eigenwalkers.walks import made_markers
@@ -85,3 +86,21 @@ def test_what_is_no_walk_is_told(server):
     answer = server.http.post("/v1/lift", json=still)
     assert answer.status_code == 422
     assert answer.json()["detail"]
+
+
+def test_gait_is_told_if_it_is_asked_for(server):
+    walk = motionenv.synthesize("walk/fpca", 3.0, 30, seed=4)
+    places = markers(walk.poses, walk.skeleton)
+    camera = fit_view(places, 0.2, width=640, height=480)
+    feet = feet_of(walk)
+    ends = np.stack([getattr(feet, part)[side] for side in ("left", "right") for part in ("heel", "toe")], axis=1)
+    seen = motionenv.Points(camera.project(places)[0], 30.0, "px", feet=camera.project(ends)[0])
+    body = asked(seen, method="free", feet=seen.feet.tolist(), height=1.8, gait=True)
+    told = server.http.post("/v1/lift", json=body).json()["gait"]
+    here = gait_of(motionenv.lift(seen, height=1.8))
+    np.testing.assert_allclose(told["angles"]["left_ankle_dorsiflexion"]["degrees"], here["left_ankle_dorsiflexion"])
+    np.testing.assert_allclose(told["angles"]["left_knee_flexion"]["high"], here.band("left_knee_flexion")[1])
+    assert [event["time"] for event in told["events"]] == pytest.approx([event.time for event in here.events])
+    assert told["page"].startswith("<!doctype html>")
+    assert server.http.post("/v1/lift", json=body | {"feet": body["feet"][:5]}).status_code == 422
+    assert server.http.post("/v1/lift", json=asked(seen, method="free")).json()["gait"] is None
