@@ -53,7 +53,7 @@ class Candidate:
 
 
 def candidates(
-    people: Sequence[Points], fps: float, frames: int, size: tuple[int, int], region=None
+    people: Sequence[Points], fps: float, frames: int, size: tuple[int, int], region: Sequence[float] | None = None
 ) -> list[Candidate]:
     """Those of `people` who are in a film of so many `frames` at `fps` [Hz] for long enough, best seen first.
 
