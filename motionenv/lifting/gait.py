@@ -58,7 +58,7 @@ _DEFINED = {"hip_flexion": 5.0, "ankle_dorsiflexion": 3.0, "trunk_tilt": 2.0}
 _FEWEST = 8  # draws
 _FINE = 100.0  # [Hz] at least, to which paths are interpolated: contacts are then as exact as at that rate
 #: [s] by which contacts and toe-offs of ankles are late, and the deviation of both: medians of 11 recordings of
-#: laboratories and CMU, of joints alone at 30 Hz (`motionenv bench mocap.events`).
+#: laboratories and CMU, of joints alone at 30 Hz (their contacts at full rate: `motionenv bench mocap.events`).
 _LATE = {"initial_contact": 0.013, "toe_off": -0.045}
 _EVENT = 0.025
 #: [Hz] cut-off frequency for feet, and share of the frames, those of the middle of stance, in which they are slowest.
