@@ -2,11 +2,12 @@
 
     motionenv bench lifting.degrees [--network FILE]
 
-People of laboratories whom nothing was fitted to: two with Plug-in Gait's own angles and events in the file, and six of
-whom `motionenv.gait` computes them from the capture's markers. With `--network`, one trained without six of CMU's
-subjects (see `free_walking.left_out`), these walk instead. Points are seen by one camera at 30 Hz, exactly or with the
-published errors of detectors; lifting is told nothing but by how much the camera looks down, and the person's height.
-The hips' truth is relative to a pelvis whose tilt no point shows: without the mean error, it doesn't count.
+People of laboratories in no training data: two with Plug-in Gait's own angles and events in the file, and seven of whom
+`motionenv.gait` computes them from the capture's markers; on these, pelvic tilt and a few settings were chosen. With
+`--network`, one trained without six of CMU's subjects (see `free_walking.left_out`), these walk. One camera sees
+points at 30 Hz, exactly or with the published errors of detectors; lifting is told nothing but by how much the camera
+looks down, and the person's height. The hips' truth is relative to a pelvis whose tilt no point shows: without
+the mean error, it doesn't count.
 
 Errors are root mean squares in degrees, a mean over people; in brackets with each walk's mean error removed, the share
 of angles inside their 90 % bands, and, where that isn't all, of how many films the angle is told. Contacts are the mean

@@ -50,14 +50,15 @@ _UNKNOWN = {
 _FOOTLESS = {
     name: "the points show no heels and toes, or too rarely" for name in ("ankle_dorsiflexion", "foot_progression")
 }
-#: [degrees] forward tilt of the pelvis that hips' flexion is measured from and no point shows: of six people of
-#: laboratories. And by how much they differ: in that, and in where joints are that points and markers define.
-_TILT = 7.0  # (`motionenv bench lifting.degrees`)
+#: [degrees] forward tilt of the pelvis that hips' flexion is measured from and no point shows: of seven people of
+#: laboratories. And by how much people differ in that, and definitions of trunk and foot
+#: (`motionenv bench lifting.degrees`).
+_TILT = 7.0
 _DEFINED = {"hip_flexion": 5.0, "ankle_dorsiflexion": 3.0, "trunk_tilt": 2.0}
 _FEWEST = 8  # draws
 _FINE = 100.0  # [Hz] at least, to which paths are interpolated: contacts are then as exact as at that rate
 #: [s] by which contacts and toe-offs of ankles are late, and the deviation of both: medians of 11 recordings of
-#: laboratories and CMU, of joints alone at 30 Hz (`motionenv bench mocap.events`).
+#: laboratories and CMU, of joints alone at 30 Hz (their contacts at full rate: `motionenv bench mocap.events`).
 _LATE = {"initial_contact": 0.013, "toe_off": -0.045}
 _EVENT = 0.025
 #: [Hz] cut-off frequency for feet, and share of the frames, those of the middle of stance, in which they are slowest.
@@ -422,7 +423,7 @@ def _warnings(lifted: Lifted, estimate: _Walk) -> tuple[str, ...]:
         "No stride is steady: the figures are of strides in which the walker turns or changes speed.": unsteady,
         "The walker stays in place: speed and lengths are by how the standing foot moves.": treadmill,
         "The walker goes backwards.": not treadmill and walks_backwards(estimate.feet),
-        "Hip angles are relative to the trunk. A laboratory's are relative to the pelvis, which tilts forward by about "
-        "10° (Kadaba et al. 1990), and so greater by as much.": True,
+        "No point shows how far the pelvis tilts forward: hips are measured from a pelvis that tilts by 7 ± 5°, as "
+        "people's do.": True,
     }  # fmt: skip
     return tuple(text for text, holds in said.items() if holds)

@@ -79,7 +79,7 @@ class Settings:
     least_ray: float = 0.004  # least error of a ray, relative to the body's apparent size
     tail: float = 12.0  # squared error at which Geman and McClure's loss gives a ray a quarter of its weight
     #: The same of a detector's points: differences over time don't show errors that last, and limbs are exchanged.
-    #: Chosen for the angles of hips and knees, on six people of laboratories (`motionenv bench lifting.degrees`).
+    #: Chosen for the angles of hips and knees, on five people of laboratories (`motionenv bench lifting.degrees`).
     detector_ray: float = 0.1
     detector_tail: float = 4.0
     detector_posture: float = 1.4
