@@ -15,7 +15,6 @@ import pytest
 import motionenv
 
 ROOT = Path(__file__).parents[3]
-pytestmark = pytest.mark.integration
 CALLS = ("motion.synthesize_walk", "motion.get_walk", "motion.walk_in_place", "motion.make_stimuli", "models.get_model",
          "models.get_parameters", "jobs.convert_capture", "jobs.get_job", "jobs.get_result")  # fmt: skip
 
@@ -23,7 +22,7 @@ CALLS = ("motion.synthesize_walk", "motion.get_walk", "motion.walk_in_place", "m
 @pytest.fixture(scope="module")
 def generated(server, tmp_path_factory):
     """The package, generated as docs/service.md says."""
-    pytest.importorskip("openapi_python_client", reason="pip install -e '.[integrations]'")
+    pytest.importorskip("openapi_python_client", reason="pip install -e '.[dev]'")
     folder = tmp_path_factory.mktemp("client")
     text = (ROOT / "docs" / "service.md").read_text()
     (folder / "client.yaml").write_text(text.partition("```yaml\n")[2].partition("```")[0])
