@@ -17,7 +17,7 @@ async def synthesize_walk(request: Request, asked: SynthesisRequest) -> Response
     """A walk that a model makes, as JSON, numbers, a motion file, a film or a picture: `Accept` says which.
 
     Long JSON, CSV and BVH, and MP4 always, come while they are made. Asked for with a seed, the same bytes
-    come each time, and `If-None-Match` with their ETag gives 304 without any work. 501: this machine has no OpenGL.
+    come each time, and `If-None-Match` with their ETag gives 304 without any work.
     """
     model = request.app.state.service.model_registry.get(asked.model, access_of(request.scope))
 
