@@ -16,6 +16,7 @@ from motionenv.gait import Session, Stride, read_session, read_trial, shipped_ba
 from motionenv.gait.report import page, to_csv, to_json
 from motionenv.gait.report.figures import COLOURS, RANGES, Panel, angle_panel, path_from_above, profile
 from motionenv.gait.trial import ANGLES
+from motionenv.lifting.gait import SIDE_ANGLES
 
 
 @pytest.fixture(scope="session")
@@ -325,7 +326,7 @@ def test_axes_are_the_same_whatever_they_show():
     unknown = angle_panel(panel(np.full(101, np.nan)))
     assert not of_class(unknown, "single left")
     assert not of_class(unknown, "beyond left")
-    assert RANGES.keys() == set(ANGLES)
+    assert RANGES.keys() == set(SIDE_ANGLES)
 
 
 def test_what_leaves_the_axes_is_cut_off_and_marked():
