@@ -139,7 +139,7 @@ class LiftedGait(OneLine):
         return self.angles[:, NAMES.index(name)]
 
     def band(self, name: str) -> np.ndarray:
-        """Ends (2, frames) [degrees] of an angle's 90 % band."""
+        """Ends (2, frames) [degrees] of the 90 % band of the angle `name`."""
         i = NAMES.index(name)
         return self.angles[:, i] + BAND * np.array([[-1.0], [1.0]]) * self.deviations[:, i]
 
@@ -235,7 +235,9 @@ def _angles(places: np.ndarray, ends: np.ndarray | None, fps: float) -> np.ndarr
         angle[f"{name}_obliquity"][:], angle[f"{name}_rotation"][:] = sign * obliquity, -sign * rotation
         if name == "trunk":  # of the pelvis, hips don't show it
             angle["trunk_tilt"][:] = tilt
-    for k, side in enumerate(SIGN) if ends is not None else ():
+    for k, side in enumerate(SIGN):
+        if ends is None:
+            break
         shank = places[:, _M[f"{side}_ankle"]] - places[:, _M[f"{side}_knee"]]
         heel, toe = ends[:, 2 * k], ends[:, 2 * k + 1]
         foot, lean = (np.einsum("tba,tb->ta", pelvis, line) for line in (toe - heel, shank))

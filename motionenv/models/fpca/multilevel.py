@@ -97,14 +97,14 @@ class MultilevelFPCA(Estimator, StoredModel):
             self.n_components, self.n_harmonics, residual_harmonics=self.residual_harmonics, least_seen=self.least_seen
         )
         self.fpca_ = fpca.fit(cycles, subjects=subjects)
-        values, people, trials = _values(fpca, cycles, subjects, trials)
+        values, people, numbers = _values(fpca, cycles, subjects, trials)
         strides = np.unique(people, return_counts=True)[1]
         if len(strides) < 2 or strides.max() < 2:
             raise MotionError("levels need at least two people, and somebody with two strides")
-        nesting, self.selection_ = nest(people, trials), None
+        nesting, self.selection_ = nest(people, numbers), None
         self.levels_ = nesting.levels
         if isinstance(strength, str):
-            self.selection_ = _held_out(fpca, values, people, trials, self.levels_)
+            self.selection_ = _held_out(fpca, values, people, numbers, self.levels_)
             strength = max(self.selection_, key=self.selection_.__getitem__)
         self.shrinkage_ = float(strength)
         self.covariances_, self.shift_, self.n_iter_, self.converged_ = fit_covariances(
@@ -122,8 +122,8 @@ class MultilevelFPCA(Estimator, StoredModel):
         them. `cycles`, `subjects`, `trials` and errors are as of `fit`.
         """
         self._check_fitted()
-        values, people, trials = _values(self.fpca_, cycles, subjects, trials)
-        nesting = nest(people, trials, self.levels_)
+        values, people, numbers = _values(self.fpca_, cycles, subjects, trials)
+        nesting = nest(people, numbers, self.levels_)
         told = effects(evidence(self.fpca_, values), nesting.parents, self.covariances_, self.shift_)
         return nesting.people, told
 
@@ -229,7 +229,7 @@ def evidence(fpca: FunctionalPCA, values: np.ndarray) -> Evidence:
     return Evidence(precision - np.eye(found.z.shape[1]), linear, constant)
 
 
-def nest(people: Sequence[str], trials: Sequence | np.ndarray | None, levels: Sequence[str] | None = None) -> Nesting:
+def nest(people: ArrayLike, trials: ArrayLike | None, levels: Sequence[str] | None = None) -> Nesting:
     """Who made which stride, from labels of people and trials (K,).
 
     Trials are a level, unless `levels` says otherwise, if there are more than people and fewer than strides.
