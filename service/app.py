@@ -36,7 +36,6 @@ class Service:
         self.model_registry = self.backend.models
         self.streams = asyncio.Semaphore(settings.streams)  # of this process
         self.worker_pool = WorkerPool(settings.threads, settings.waiting, self.metrics.computing)
-        self.opengl_pool = WorkerPool(1, settings.waiting, self.metrics.computing)
         self.jobs = JobManager(settings, self.backend)
         self.parted: tuple[str | None, bytes] = None, b""  # ETag and body of which a client last asked for parts
         self.ready = False  # whether the models are loaded
@@ -56,7 +55,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         service.ready = False
         await service.backend.close()
         service.worker_pool.close()
-        service.opengl_pool.close()
 
     app = FastAPI(
         title="motionenv", version=__version__, description=docs.DESCRIPTION, lifespan=lifespan,

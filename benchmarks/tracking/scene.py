@@ -24,6 +24,7 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks import Arguments
+from benchmarks.tracking.heights import Scene, Unknown, estimate_scene, walker_filters
 from benchmarks.tracking.tables import cell, mean, share
 from motionenv import synthesize
 from motionenv.body import from_height, markers
@@ -32,7 +33,6 @@ from motionenv.render import Raycaster
 from motionenv.render.cameras import fit_view
 from motionenv.tracking import FPCAPrior, ParticleFilter, Start
 from motionenv.tracking.priors.base import SPREAD
-from motionenv.tracking.scene import Scene, Unknown, estimate_scene, walker_filters
 from motionenv.types import Camera, Motion
 
 FPS, FRAMES, SIZE, TALL, DECLARED = 30.0, 30, 128, 1.9, 1.75

@@ -129,7 +129,6 @@ def render(
     view: View = "side",
     size: Size = "640x480",
     points: Annotated[bool, typer.Option("--points", help="Point lights instead of a body.")] = False,
-    engine: Annotated[str, typer.Option(help="raycast, or pyrender (OpenGL).")] = "raycast",
     still: Annotated[bool, typer.Option("--still", help="Use a static camera instead of a following one.")] = False,
     fps: Fps = None,
     unit: Unit = None,
@@ -148,7 +147,7 @@ def render(
     alpha = parsed_view(view)
     loaded = read_motion(motion, fps=fps, unit=unit, marker_map=marker_map(map_))
     loaded = filling.fill(loaded) if fill else loaded
-    _film(loaded, out, alpha, width=width, height=height, points=points, engine=engine, follow=not still)
+    _film(loaded, out, alpha, width=width, height=height, points=points, follow=not still)
     typer.echo(f"{out}  {len(loaded.poses)} frames")
 
 

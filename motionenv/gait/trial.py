@@ -125,7 +125,7 @@ def analyse(
     person = recording.subject if recording else ""
     doubts = (*found, *_of_pace(strides))
     leg = _leg_length(capture, static)
-    notes = (*capture.notes, *angles.notes, *events.notes, *_notes(feet, strides))
+    notes = (*capture.notes, *angles.notes, *events.notes, *notes_of(feet, strides))
     return Trial(capture.name, person, feet, angles, events, stretches, strides, leg, notes, doubts)
 
 
@@ -164,7 +164,8 @@ def _leg_length(capture: Markers | Motion, static: Markers | None) -> float | No
     return None
 
 
-def _notes(feet: Feet, strides: tuple[Stride, ...]) -> tuple[str, ...]:
+def notes_of(feet: Feet, strides: tuple[Stride, ...]) -> tuple[str, ...]:
+    """What a reader of the figures of these `feet` and `strides` should know."""
     notes = list(feet.notes)
     if len(feet.sides) < 2:
         notes.append(f"only the {'/'.join(feet.sides)} leg was captured, so there are no steps")

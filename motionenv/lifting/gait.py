@@ -20,15 +20,15 @@ from motionenv._core.representation import OneLine, counted
 from motionenv._core.rotations import to_euler
 from motionenv._core.validation import checked_whole
 from motionenv.errors import GapError
-from motionenv.gait.events import find_events, walks_backwards
+from motionenv.gait.events import find_events
 from motionenv.gait.feet import Feet, bridged, smoothed
-from motionenv.gait.stretches import Stretch, find_stretches, on_treadmill
+from motionenv.gait.stretches import Stretch, find_stretches
 from motionenv.gait.strides import Stride, find_strides, mean_and_sd, normalised
 from motionenv.gait.summary import Parameter, summarise
-from motionenv.gait.trial import ANGLES
+from motionenv.gait.trial import ANGLES, notes_of
 from motionenv.lifting.pipeline import Lifted, motion_of
 from motionenv.lifting.posterior import BAND
-from motionenv.mocap.clinical import CLINICAL_ANGLES, clinical_angles
+from motionenv.mocap.clinical import clinical_angles
 from motionenv.mocap.clinical.gait_model import SIGN, frame
 from motionenv.mocap.clinical.progression import progression
 from motionenv.types import MARKERS
@@ -55,6 +55,9 @@ _FOOTLESS = {
 #: (`motionenv bench lifting.degrees`).
 _TILT = 7.0
 _DEFINED = {"hip_flexion": 5.0, "ankle_dorsiflexion": 3.0, "trunk_tilt": 2.0}
+_HIPS = (
+    "no point shows how far the pelvis tilts forward: hips are measured from a pelvis that tilts by 7 ± 5°, as people's do"
+)
 _FEWEST = 8  # draws
 _FINE = 100.0  # [Hz] at least, to which paths are interpolated: contacts are then as exact as at that rate
 #: [s] by which contacts and toe-offs of ankles are late, and the deviation of both: medians of 11 recordings of
@@ -156,10 +159,6 @@ class _Walk:
     strides: tuple[Stride, ...]
 
     @property
-    def footless(self) -> bool:
-        return bool(np.isnan(self.angles[:, [NAMES.index(f"{side}_ankle_dorsiflexion") for side in SIGN]]).all())
-
-    @property
     def steady(self) -> tuple[Stride, ...]:
         return tuple(s for s in self.strides if s.kind == "steady") or self.strides
 
@@ -167,12 +166,11 @@ class _Walk:
         """By name, the angle over the steady strides of its side (strides, 101), of what is known."""
         found = {}
         for side in ("left", "right"):
-            of_side = [i for i, name in enumerate(NAMES) if name.startswith(side)]
-            cut = normalised(self.angles[:, of_side], fps, [s for s in self.steady if s.side == side])
-            for k, i in enumerate(of_side):
-                known = np.isfinite(cut[:, :, k]).all(1)
-                if known.any():
-                    found[NAMES[i]] = cut[known, :, k]
+            cut = normalised(self.angles, fps, [stride for stride in self.steady if stride.side == side])
+            for i, name in enumerate(NAMES):
+                known = np.isfinite(cut[:, :, i]).all(1)
+                if name.startswith(side) and known.any():
+                    found[name] = cut[known, :, i]
         return found
 
 
@@ -199,7 +197,8 @@ def gait_of(lifted: Lifted, *, draws: int = 64, rng: np.random.Generator | int =
     drawn = [_analysed(blank(one), its, fps) for one, its in zip(places, ends, strict=True)]
     deviations = np.sqrt(np.mean([_wrapped(one.angles - estimate.angles) ** 2 for one in drawn], axis=0))
     deviations = np.hypot(deviations, [_DEFINED.get(name.split("_", 1)[1], 0.0) for name in NAMES])
-    undetermined = _UNKNOWN | (_FOOTLESS if estimate.footless else {}) | _too_wide(deviations)
+    untold = np.isnan(_both(estimate.angles, "ankle_dorsiflexion")).all()
+    undetermined = _UNKNOWN | (_FOOTLESS if untold else {}) | _too_wide(deviations)
     told = ~np.isin([name.split("_", 1)[1] for name in NAMES], list(undetermined))
     estimate, *drawn = (replace(one, angles=np.where(told, one.angles, np.nan)) for one in (estimate, *drawn))
     curves = estimate.curves(fps)
@@ -224,41 +223,44 @@ def _analysed(places: np.ndarray, ends: np.ndarray | None, fps: float) -> _Walk:
 
 def _angles(places: np.ndarray, ends: np.ndarray | None, fps: float) -> np.ndarray:
     """The angles (frames, 32) [degrees] of the body that fits a motion, and of lines through hips, trunk and feet."""
-    body = clinical_angles(motion_of(places, fps)).values
-    out = np.full((len(places), len(NAMES)), np.nan)
-    out[:, [NAMES.index(name) for name in CLINICAL_ANGLES]] = body
-    up = np.broadcast_to([0.0, 0.0, 1.0], (len(places), 3))
+    out = np.full((len(places), len(SIGN), len(SIDE_ANGLES)), np.nan)
+    out[..., : len(ANGLES)] = clinical_angles(motion_of(places, fps)).values.reshape(*out.shape[:2], -1)
+    angle = {name: out[..., i] for i, name in enumerate(SIDE_ANGLES)}
+    for name in ("pelvis_tilt", "hip_rotation"):
+        angle[name][:] = np.nan
     hips = places[:, _M["left_hip"]] - places[:, _M["right_hip"]]
     shoulders = places[:, _M["left_shoulder"]] - places[:, _M["right_shoulder"]]
     spine = 0.5 * (places[:, _M["left_shoulder"]] + places[:, _M["right_shoulder"]]) - places[:, _M["pelvis"]]
-    x = np.cross(hips, up)
-    x /= np.linalg.norm(x, axis=-1, keepdims=True)
-    y = hips / np.linalg.norm(hips, axis=-1, keepdims=True)
+    x, y = _unit(np.cross(hips, [0.0, 0.0, 1.0])), _unit(hips)
     pelvis = np.stack([x, y, np.cross(x, y)], axis=-1)
     way = progression(places[:, _M["pelvis"]], pelvis, fps, axes=False)
+    sign = np.array(list(SIGN.values()))
     for name, turned in (("pelvis", pelvis), ("trunk", frame(spine, shoulders))):
-        tilt, obliquity, rotation = np.degrees(to_euler("YXZ", way.swapaxes(-1, -2) @ turned)).T
-        for side, sign in SIGN.items():
-            values = {"tilt": tilt, "obliquity": sign * obliquity, "rotation": -sign * rotation}
-            for part, value in values.items():
-                out[:, NAMES.index(f"{side}_{name}_{part}")] = value
-    for side in SIGN:  # of the thigh against the vertical, and the pelvis' usual tilt
-        out[:, NAMES.index(f"{side}_hip_flexion")] += _TILT - out[:, NAMES.index("left_trunk_tilt")]
-    for k, (side, sign) in enumerate(SIGN.items()):
+        tilt, obliquity, rotation = np.degrees(to_euler("YXZ", way.swapaxes(-1, -2) @ turned)).T[..., None]
+        angle[f"{name}_obliquity"][:], angle[f"{name}_rotation"][:] = sign * obliquity, -sign * rotation
+        if name == "trunk":  # of the pelvis, hips don't show it
+            angle["trunk_tilt"][:] = tilt
+    angle["hip_flexion"][:] += _TILT - angle["trunk_tilt"]  # the thigh against the vertical, and the pelvis' usual tilt
+    for k, side in enumerate(SIGN):
         if ends is None:
             break
         shank = places[:, _M[f"{side}_ankle"]] - places[:, _M[f"{side}_knee"]]
         heel, toe = ends[:, 2 * k], ends[:, 2 * k + 1]
         foot, lean = (np.einsum("tba,tb->ta", pelvis, line) for line in (toe - heel, shank))
-        pitch = lambda line: np.degrees(np.arctan2(line[:, 2], line[:, 0]))
-        out[:, NAMES.index(f"{side}_ankle_dorsiflexion")] = _wrapped(
-            pitch(foot) - _flat(heel, toe, fps) - np.degrees(np.arctan2(lean[:, 0], -lean[:, 2]))
-        )
+        pitch = np.degrees(np.arctan2(foot[:, 2], foot[:, 0]) - np.arctan2(lean[:, 0], -lean[:, 2]))
+        angle["ankle_dorsiflexion"][:, k] = _wrapped(pitch - _flat(heel, toe, fps))
         turned = np.einsum("tba,tb->ta", way, toe - heel)
-        out[:, NAMES.index(f"{side}_foot_progression")] = -sign * np.degrees(np.arctan2(turned[:, 1], turned[:, 0]))
-    for name in ("pelvis_tilt", "hip_rotation"):
-        out[:, [NAMES.index(f"{side}_{name}") for side in SIGN]] = np.nan
-    return out
+        angle["foot_progression"][:, k] = -sign[k] * np.degrees(np.arctan2(turned[:, 1], turned[:, 0]))
+    return out.reshape(len(out), -1)
+
+
+def _unit(lines: np.ndarray) -> np.ndarray:
+    return lines / np.linalg.norm(lines, axis=-1, keepdims=True)
+
+
+def _both(angles: np.ndarray, name: str) -> np.ndarray:
+    """The columns (frames, 2) of `angles` (frames, 32) that are an angle of both sides."""
+    return angles[:, [NAMES.index(f"{side}_{name}") for side in SIGN]]
 
 
 def _flat(heel: np.ndarray, toe: np.ndarray, fps: float) -> float:
@@ -336,7 +338,7 @@ def _too_wide(deviations: np.ndarray) -> dict[str, str]:
     """By angle without its side, that the band of `deviations` (frames, 32) [degrees] is too wide to tell anything."""
     found = {}
     for name in SIDE_ANGLES:
-        of_both = deviations[:, [NAMES.index(f"{side}_{name}") for side in SIGN]]
+        of_both = _both(deviations, name)
         known = of_both[np.isfinite(of_both)]
         if len(known) and (half := BAND * float(np.median(known))) > _WIDEST.get(name, _WIDE):
             found[name] = f"its 90 % band is ± {half:.0f}°, wider than people move there"
@@ -393,12 +395,10 @@ def _curve_bands(curves: Mapping[str, np.ndarray], drawn: Sequence[_Walk], fps: 
 def _scale(lifted: Lifted) -> str:
     """Where sizes come from."""
     fit = lifted.free
+    if fit is None and lifted.points.unit == "m":
+        return "Sizes are in the points' metres."
     if fit is None:
-        return (
-            "Sizes are in the points' metres."
-            if lifted.points.unit == "m"
-            else ("Sizes are those of the people learned from, by the proportions of this one.")
-        )
+        return "Sizes are those of the people learned from, by the proportions of this one."
     sure = f"± {100 * BAND * fit.unit_deviation:.0f} % (90 %), as are all lengths and speeds"
     if fit.height is not None:
         return f"Sizes follow from the person's height, {fit.height:.2f} m, {sure}."
@@ -410,20 +410,14 @@ def _scale(lifted: Lifted) -> str:
 def _warnings(lifted: Lifted, estimate: _Walk) -> tuple[str, ...]:
     """What else is wrong with the figures."""
     other = lifted.free.other if lifted.free is not None else None
-    swapped, treadmill = int(lifted.swapped.any(axis=1).sum()), on_treadmill(estimate.feet)
-    unsteady = bool(estimate.strides) and all(stride.kind != "steady" for stride in estimate.strides)
+    swapped = int(lifted.swapped.any(axis=1).sum())
     said = {
-        "This is unlike the people learned from, so intervals don't hold.": not lifted.plausible,
-        "The points contradict the given view: it is wrong, or left and right are exchanged throughout.":
+        "this is unlike the people learned from, so intervals don't hold": not lifted.plausible,
+        "the points contradict the given view: it is wrong, or left and right are exchanged throughout":
             lifted.contradiction is not None,
-        f"With probability {other.probability if other else 0:.0%}, left and right are exchanged throughout, and the "
-        "person faces another way.": other is not None,
-        f"Left and right were exchanged in {swapped} frames, which was corrected.": swapped > 0,
-        "No stride was found, so there are no step parameters and no curves over the gait cycle.": not estimate.strides,
-        "No stride is steady: the figures are of strides in which the walker turns or changes speed.": unsteady,
-        "The walker stays in place: speed and lengths are by how the standing foot moves.": treadmill,
-        "The walker goes backwards.": not treadmill and walks_backwards(estimate.feet),
-        "No point shows how far the pelvis tilts forward: hips are measured from a pelvis that tilts by 7 ± 5°, as "
-        "people's do.": True,
+        f"with probability {other.probability if other else 0:.0%}, left and right are exchanged throughout, and the "
+        "person faces another way": other is not None,
+        f"left and right were exchanged in {swapped} frames, which was corrected": swapped > 0,
     }  # fmt: skip
-    return tuple(text for text, holds in said.items() if holds)
+    notes = [text for text, holds in said.items() if holds] + [*notes_of(estimate.feet, estimate.strides), _HIPS]
+    return tuple(f"{note[0].upper()}{note[1:]}." for note in notes)

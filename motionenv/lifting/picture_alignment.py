@@ -30,25 +30,17 @@ class View:
         free = np.ones(grey.shape, dtype=bool)
         for x0, y0, x1, y1 in people:
             free[max(0, int(y0)) : max(0, int(y1) + 1), max(0, int(x0)) : max(0, int(x1) + 1)] = False
-        self._levels = [(off / (np.sqrt(uniform_filter(off**2, _LOCAL)) + _CONTRAST), free)]
+        values = off / (np.sqrt(uniform_filter(off**2, _LOCAL)) + _CONTRAST)
+        self.shape, self.levels = grey.shape, [(values, free)]  # the picture and where it shows no people, ever coarser
+        for _ in range(_COARSE):
+            values, free = gaussian_filter(values, 1.0)[::2, ::2], free[::2, ::2]
+            self.levels.append((values, free))
         self._parts: dict[int, tuple] = {}
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Height and width [pixels]."""
-        return self._levels[0][0].shape
-
-    def level(self, level: int) -> tuple[np.ndarray, np.ndarray]:
-        """The picture halved `level` times, and where it shows no people."""
-        while len(self._levels) <= level:
-            finer, free = self._levels[-1]
-            self._levels.append((gaussian_filter(finer, 1.0)[::2, ::2], free[::2, ::2]))
-        return self._levels[level]
 
     def parts(self, level: int, inner: np.ndarray) -> tuple:
         """Of the free pixels: rows and columns, rays (n, 3), values, slopes (n, 2), and changes by a turn (n, 3)."""
         if level not in self._parts or self._parts[level][0] != inner[0, 0]:
-            values, free = self.level(level)
+            values, free = self.levels[level]
             inside = np.zeros_like(free)
             inside[_EDGE:-_EDGE, _EDGE:-_EDGE] = free[_EDGE:-_EDGE, _EDGE:-_EDGE]
             at = np.nonzero(inside)
@@ -65,28 +57,22 @@ def aligned(view: View, key: View, guess: Rotation, inner: np.ndarray) -> Rotati
     """The turn from the camera's axes in `key` to those in `view`, near a `guess`; `inner` (3, 3) are intrinsics."""
     for level in range(_COARSE, -1, -1):
         for _ in range(_STEPS):
-            guess, step = _step(view, key, guess, inner, level)
-            if step < _DONE:
+            guess, done = stepped(view, key, guess, inner, level)
+            if done:
                 break
     return guess
 
 
-def nudged(view: View, key: View, guess: Rotation, inner: np.ndarray) -> tuple[Rotation, bool]:
-    """The turn after a step in the finest picture, and whether that step was small: the guess was nearly right."""
-    guess, step = _step(view, key, guess, inner, 0)
-    return guess, step < _DONE
-
-
-def _step(view: View, key: View, turn: Rotation, inner: np.ndarray, level: int) -> tuple[Rotation, float]:
-    """A Gauss-Newton step, and its size in pixels."""
+def stepped(view: View, key: View, turn: Rotation, inner: np.ndarray, level: int = 0) -> tuple[Rotation, bool]:
+    """The turn after a Gauss-Newton step, and whether that was small: the turn was nearly right."""
     _, rays, values, _, changes = key.parts(level, inner)
     off, both = _residuals(view, turn, inner, level, rays, values)
     off, changes = off[both], changes[both]
     if len(off) < _FEWEST:
-        return turn, 0.0
+        return turn, True
     weighted = changes / (1 + (off / (_TAIL * _deviation(off))) ** 2)[:, None] ** 2
     step = np.linalg.lstsq(weighted.T @ changes, weighted.T @ off, rcond=1e-6)[0]
-    return turn * Rotation.from_rotvec(-step), float(np.abs(step).max() * inner[0, 0] / 2**level)
+    return turn * Rotation.from_rotvec(-step), bool(np.abs(step).max() * inner[0, 0] / 2**level < _DONE)
 
 
 def _deviation(off: np.ndarray) -> float:
@@ -95,7 +81,7 @@ def _deviation(off: np.ndarray) -> float:
 
 def _residuals(view: View, turn: Rotation, inner: np.ndarray, level: int, rays, values) -> tuple[np.ndarray, ...]:
     """Differences of `view`, turned back, from a key's `values`, and where both show the background."""
-    picture, free = view.level(level)
+    picture, free = view.levels[level]
     ways = rays @ turn.as_matrix().T
     ahead = ways[:, 2] > 0
     x, y = (inner[i, i] * ways[:, i] / np.where(ahead, ways[:, 2], 1) + inner[i, 2] for i in range(2))

@@ -1,7 +1,7 @@
 """The report of a lifted person's gait: one page, and the same figures as a table and for JSON."""
 
 import csv
-from collections.abc import Sequence
+from dataclasses import asdict
 from html import escape
 from pathlib import Path
 
@@ -11,8 +11,8 @@ from motionenv._core.files import atomic_write
 from motionenv._core.representation import counted
 from motionenv.errors import MotionError
 from motionenv.gait.bands import shipped_band
-from motionenv.gait.report.figures import Panel, angle_panel, path_from_above
-from motionenv.gait.report.page import document, parameter_table
+from motionenv.gait.report.figures import Panel, angle_panel
+from motionenv.gait.report.page import document, key, notes, parameter_table, way_from_above
 from motionenv.lifting.gait import NAMES, SIDE_ANGLES, LiftedGait
 from motionenv.lifting.posterior import BAND
 
@@ -67,12 +67,9 @@ def gait_figures(found: LiftedGait) -> dict:
             name: dict(zip(("degrees", "low", "high"), (found[name], *found.band(name)), strict=True))
             for name in known_angles(found)
         },
-        "events": [
-            {"kind": e.kind, "side": e.side, "time": e.time, "deviation": e.deviation, "share": e.share}
-            for e in found.events
-        ],
+        "events": [asdict(event) for event in found.events],
         "parameters": [p.to_dict() for p in found.parameters],
-        "cut": [{"start": c.start, "end": c.end, "why": c.why} for c in found.cut],
+        "cut": [asdict(cut) for cut in found.cut],
         "undetermined": dict(found.undetermined), "scale": found.scale, "warnings": list(found.warnings),
     }  # fmt: skip
 
@@ -80,8 +77,9 @@ def gait_figures(found: LiftedGait) -> dict:
 def gait_page(found: LiftedGait) -> str:
     """The page of what was `found` as HTML."""
     table = parameter_table(found.parameters, _WORDS)
-    main = f"{_notes(found)}{_angles(found)}{table}{_events(found)}{_path(found)}"
-    return document(f"Gait from film: {found.lifted.points.name or 'a walk'}", _overview(found), main, _methods(found))
+    way = f"<section><h2>The way from above</h2>{way_from_above('', found.stretches, found.feet)}</section>"
+    main = f"{_notes(found)}{_angles(found)}{table}{_events(found)}{way}"
+    return document(f"Gait from film: {found.lifted.points.name or 'a walk'}", _overview(found), main, _methods())
 
 
 def _overview(found: LiftedGait) -> str:
@@ -100,8 +98,7 @@ def _notes(found: LiftedGait) -> str:
     for name, why in found.undetermined.items():
         untold.setdefault(why, []).append(name.replace("_", " "))
     undetermined = [f"Not told: {', '.join(names)}: {why}." for why, names in untold.items()]
-    lines = [found.scale, *found.warnings, *cut, *undetermined]
-    return f'<div class="notes">{"".join(f"<p>{escape(line)}</p>" for line in lines)}</div>'
+    return notes([escape(line) for line in (found.scale, *found.warnings, *cut, *undetermined)])
 
 
 def _angles(found: LiftedGait) -> str:
@@ -115,12 +112,10 @@ def _angles(found: LiftedGait) -> str:
         toe_off = {side: off.get(side, np.nan) for side in curves}
         if curves:
             panels.append(angle_panel(Panel(angle, curves, toe_off, reference.of(angle), sure)))
-    spans = {"left": "left", "right": "right", "band": f"mean ± 1 SD of {reference.people} people", "stance": "stance"}
-    key = "".join(f'<span class="{kind}"><i></i>{text}</span>' for kind, text in spans.items())
     return "" if not panels else (
         '<section><h2>Joint angles</h2><p class="soft">From initial contact to initial contact. Thin lines are '
         "strides, thick ones means of at least two. Coloured areas hold the mean with 90 % probability: strides and "
-        f'lifting are uncertain.</p><p class="key">{key}</p><div class="panels">{"".join(panels)}</div></section>'
+        f'lifting are uncertain.</p>{key(reference)}<div class="panels">{"".join(panels)}</div></section>'
     )  # fmt: skip
 
 
@@ -139,23 +134,9 @@ def _events(found: LiftedGait) -> str:
     )
 
 
-def _path(found: LiftedGait) -> str:
-    stretches = [(s.start, s.end, s.kind) for s in found.stretches]
-    drawn = path_from_above(found.feet.pelvis[:, :2], found.feet.fps, stretches)
-    used = _listed(
-        [f"{a:.1f} to {b:.1f} s: {kind}{'' if kind == 'steady' else ' (left out)'}" for a, b, kind in stretches]
-    )
-    return f'<section><h2>The way from above</h2><div class="trial"><div>{used}</div>{drawn}</div></section>'
-
-
-def _listed(items: Sequence[str]) -> str:
-    return f"<ul>{''.join(f'<li>{item}</li>' for item in items)}</ul>"
-
-
-def _methods(found: LiftedGait) -> str:
-    events = "; ".join(found.feet.notes) or "events are those of heels and toes"
+def _methods() -> str:
     return (
         "<p>Lifted to 3D from the points of one camera. Angles, events and parameters are computed on the estimate and "
         "on draws from its posterior, whose spread is the lifting's uncertainty. Cardan angles in the order flexion, "
-        f"adduction, rotation; {escape(events)}. Grey: {escape(shipped_band().who)}</p>"
+        f"adduction, rotation. Grey: {escape(shipped_band().who)}</p>"
     )

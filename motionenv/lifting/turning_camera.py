@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from motionenv._core.representation import OneLine
 from motionenv.errors import MotionError
 from motionenv.lifting.free.rays import undistorted
-from motionenv.lifting.picture_alignment import Fit, View, aligned, fit_of, nudged
+from motionenv.lifting.picture_alignment import Fit, View, aligned, fit_of, stepped
 from motionenv.render.video.decode import narrowed
 from motionenv.types import Points
 
@@ -155,12 +155,12 @@ class _Track:
     def _fitted(self, view: View, near: tuple[View, Rotation], guess: Rotation) -> tuple[Rotation, Fit]:
         """The turn of a view from a key near a guess of its orientation, and how well that fits."""
         key, start = near[0], guess * near[1].inv()
-        turn, done = nudged(view, key, start, self.inner)
+        turn, done = stepped(view, key, start, self.inner)
         fit = fit_of(view, key, turn, self.inner, self.noise)
-        if done and fit.agree > AGREE:
-            return turn, fit
-        turn = aligned(view, key, start, self.inner)
-        return turn, fit_of(view, key, turn, self.inner, self.noise)
+        if not done or fit.agree <= AGREE:
+            turn = aligned(view, key, start, self.inner)
+            fit = fit_of(view, key, turn, self.inner, self.noise)
+        return turn, fit
 
     def _view(self, picture: np.ndarray) -> View:
         """The picture as it's aligned, and the intrinsics for that."""

@@ -9,11 +9,9 @@ from motionenv.tracking.priors.base import Prior, SizedPrior, Start
 from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.tracking.priors.tree import TreePrior
 from motionenv.tracking.priors.velocity import VelocityPrior
-from motionenv.tracking.scene import Scene, Unknown, estimate_scene, walker_filters
 from motionenv.tracking.video import Film, VideoTrack, find_people, track_video
 
 __all__ = [
-    "Belief", "FPCAPrior", "Film", "ParticleFilter", "Prior", "Scene", "SizedPrior", "Start",
-    "TreePrior", "Unknown", "VelocityPrior", "VideoTrack", "estimate_scene", "find_people", "track_video",
-    "walker_filters",
+    "Belief", "FPCAPrior", "Film", "ParticleFilter", "Prior", "SizedPrior", "Start", "TreePrior", "VelocityPrior",
+    "VideoTrack", "find_people", "track_video",
 ]  # fmt: skip

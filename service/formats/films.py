@@ -21,7 +21,6 @@ def parts(motion: Motion, asked: Picture, media_type: str, gone: threading.Event
     """Encode a motion in one of `service.formats.FILMS`; MP4 yields a chunk after each frame.
 
     Raises:
-        EngineError: the engine isn't available.
         Disconnected: `gone` was set while a GIF or WebP was rendered.
     """
     how = arguments(asked)
@@ -41,7 +40,7 @@ def arguments(asked: Picture) -> dict[str, Any]:
     return {
         "alpha": math.radians(asked.view), "elevation": math.radians(asked.elevation), "width": asked.width,
         "height": asked.height, "points": asked.style == "points", "colour": tuple(asked.colour),
-        "background": None if asked.background is None else tuple(asked.background), "engine": asked.engine,
+        "background": None if asked.background is None else tuple(asked.background),
         "follow": asked.follow,
     }  # fmt: skip
 

@@ -19,7 +19,7 @@ from service.jobs.store import full_disk_errors
 _log = structlog.get_logger("motionenv.service")
 #: Environment variables that the process inherits: no keys.
 _INHERITED = ("PATH", "HOME", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "NUMBA_CACHE_DIR", "MOTIONENV_CACHE",
-         "XDG_CACHE_HOME", "PYOPENGL_PLATFORM")  # fmt: skip
+         "XDG_CACHE_HOME")  # fmt: skip
 _LOGGED = 4000  # bytes of a failed process's output
 _CRASHES = {signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL}
 

@@ -10,10 +10,9 @@ from typing import Any
 from fastapi import Request
 from starlette.responses import Response
 
-import motionenv
 from motionenv.types import Motion
 from service import formats
-from service.errors import Problem, at_most, documented
+from service.errors import at_most, documented
 from service.formats import films, motion
 from service.responses import caching
 from service.responses.threaded_response import ThreadedResponse
@@ -43,7 +42,7 @@ RESPONSES: dict[int | str, dict[str, Any]] = {
         "description": "The motion, in the format that `Accept` selects.", "headers": _HEADERS, "model": MotionResponse,
         "content": {formats.JSON: {}, **BINARY},  # first what clients that are generated from it return
     },
-    **documented(400, 401, 404, 406, 412, 413, 415, 422, 429, 500, 501, 503, 504),
+    **documented(400, 401, 404, 406, 412, 413, 415, 422, 429, 500, 503, 504),
 }  # fmt: skip
 MotionRequest = SynthesisRequest | TreeSynthesisRequest
 
@@ -82,10 +81,9 @@ async def answer(
     if quick and media_type in _INSTANT and asked.frames <= _INLINE:
         body = b"".join(motion.parts(make(seed), media_type, asked.model, seed))
         return Response(body, headers=headers, media_type=media_type)
-    opengl = media_type in formats.FILMS and asked.picture.engine == "pyrender"
     whole = media_type != formats.MP4 and not (media_type in _CHUNKED and asked.frames > _INLINE)
     produce = lambda gone: _chunks(make, asked, media_type, seed, gone)
-    pool = service.opengl_pool if opengl else service.worker_pool
+    pool = service.worker_pool
     if not getting or etag is None or request.headers.get("range", _FROM_START) == _FROM_START:
         return ThreadedResponse(pool, produce, media_type, headers, whole=whole)
 
@@ -108,8 +106,6 @@ def _chunks(
         return
     try:
         yield from films.parts(made, asked.picture, media_type, gone)
-    except motionenv.EngineError as error:
-        raise Problem(501, str(error), field="/picture/engine") from None
     except films.Disconnected:
         return
 

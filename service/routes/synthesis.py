@@ -62,8 +62,6 @@ async def synthesize_walk(request: Request, asked: SynthesisRequest) -> Response
 
     Long JSON, CSV and BVH, and MP4 always, come while they are made; a long GIF or WebP becomes a job (202). Asked for
     with a seed, the same bytes come each time, and `If-None-Match` with their ETag gives 412 without any work.
-
-    501: this machine has no OpenGL.
     """
     if request.method == "POST" and takes_long(asked, media_type := negotiated(request)):
         return await render_walk(request, RenderRequest.model_validate(asked.model_dump() | {"format": media_type}))

@@ -35,7 +35,6 @@ class Picture(Request):
     follow: bool = Field(True, description="Whether the camera follows the walker.")
     colour: Colour = Field([1.0, 1.0, 1.0], description="Colour of the point lights (red, green, blue; 0 to 1).")
     style: Literal["body", "points"] = Field("body", description="A cylinder body, or point lights.")
-    engine: Literal["raycast", "pyrender"] = Field("raycast", description="Renderer of the body.")
     background: Colour | None = Field(
         None,
         description="Plain background colour (red, green, blue; 0 to 1) instead of sky and ground, or of black.",

@@ -79,7 +79,6 @@ def test_version(run):
         ("render WALK --size 8x8 --out w.mp4", "WIDTHxHEIGHT"),
         ("render WALK --view above --out w.mp4", "side, front, oblique"),
         ("render WALK --view inf --out w.mp4", "side, front, oblique"),
-        ("render WALK --engine povray --size 16x16 --out w.mp4", "raycast, pyrender"),
         ("render WALK --size 16x16 --out w.avi", ".avi"),
         ("render WALK --size 16x16 --out nowhere/w.mp4", "nowhere"),
         ("render missing.npz --out w.mp4", "missing.npz"),

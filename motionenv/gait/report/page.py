@@ -8,9 +8,12 @@ from importlib.resources import files
 import numpy as np
 
 from motionenv import __version__
+from motionenv.gait.bands import Band
+from motionenv.gait.feet import Feet
 from motionenv.gait.norms import Norm
 from motionenv.gait.report.figures import Panel, angle_panel, path_from_above, profile
 from motionenv.gait.session import Session
+from motionenv.gait.stretches import Stretch
 from motionenv.gait.summary import Parameter
 from motionenv.gait.trial import ANGLES, Trial
 
@@ -75,10 +78,15 @@ def alarm(doubts: Sequence[str]) -> str:
 
 
 def _notes(session: Session) -> str:
-    notes = [f"{escape(note[0].upper() + note[1:])}." for note in session.notes]
-    notes += [f"{escape(t.name)}: {escape(note)}." for t in session.trials for note in t.notes]
-    notes += [f"{escape(name)} was left out: {escape(why)}" for name, why in session.left_out.items()]
-    return f'<div class="notes">{"".join(f"<p>{note}</p>" for note in notes)}</div>' if notes else ""
+    found = [f"{escape(note[0].upper() + note[1:])}." for note in session.notes]
+    found += [f"{escape(t.name)}: {escape(note)}." for t in session.trials for note in t.notes]
+    found += [f"{escape(name)} was left out: {escape(why)}" for name, why in session.left_out.items()]
+    return notes(found)
+
+
+def notes(lines: Sequence[str]) -> str:
+    """A box of `lines` of HTML; nothing without any."""
+    return f'<div class="notes">{"".join(f"<p>{line}</p>" for line in lines)}</div>' if lines else ""
 
 
 def _angles(session: Session) -> str:
@@ -88,15 +96,16 @@ def _angles(session: Session) -> str:
     return (
         '<section><h2>Joint angles</h2><p class="soft">From initial contact to initial contact. Thin lines are '
         "strides, thick ones means of at least two, dashed ones toe-off; n counts strides. The axes are the same in "
-        f"every report: an arrow tells how far something leaves them.</p>{_key(session)}"
+        f"every report: an arrow tells how far something leaves them.</p>{key(session.band)}"
         f'<div class="panels">{"".join(panels)}</div></section>'
     )
 
 
-def _key(session: Session) -> str:
+def key(band: Band | None) -> str:
+    """What the colours of angles' panels mean."""
     swatches = [("left", "left"), ("right", "right"), ("stance", "stance")]
-    if session.band is not None:
-        swatches.append(("band", f"mean ± 1 SD of {session.band.people} people"))
+    if band is not None:
+        swatches.append(("band", f"mean ± 1 SD of {band.people} people"))
     spans = "".join(f'<span class="{kind}"><i></i>{text}</span>' for kind, text in swatches)
     return f'<p class="key">{spans}</p>'
 
@@ -210,19 +219,22 @@ def _figures(parameter: Parameter) -> str:
 
 
 def _trial(trial: Trial) -> str:
-    picture = path_from_above(
-        trial.feet.pelvis[:, :2], trial.feet.fps, [(s.start, s.end, s.kind) for s in trial.stretches]
-    )
-    used = "".join(
-        f"<li>{s.start:.1f} to {s.end:.1f} s: {s.kind}{'' if s.kind == 'steady' else ' (left out)'}</li>"
-        for s in trial.stretches
-    )
     events = ", ".join(f"{n} {_SOURCES[source]}" for source, n in trial.events.sources.items()) or "none"
     text = (
-        f"<div><h3>{escape(trial.name)}</h3><p>{trial.seconds:.2f} s at {trial.feet.fps:g} frames per second, "
-        f"{_count(len(trial.strides), 'stride')}</p><p>Events: {events}</p><ul>{used}</ul></div>"
+        f"<h3>{escape(trial.name)}</h3><p>{trial.seconds:.2f} s at {trial.feet.fps:g} frames per second, "
+        f"{_count(len(trial.strides), 'stride')}</p><p>Events: {events}</p>"
     )
-    return f'<div class="trial">{text}{picture}</div>'
+    return way_from_above(text, trial.stretches, trial.feet)
+
+
+def way_from_above(text: str, stretches: Sequence[Stretch], feet: Feet) -> str:
+    """HTML `text`, the stretches that were used, and the way from above."""
+    picture = path_from_above(feet.pelvis[:, :2], feet.fps, [(s.start, s.end, s.kind) for s in stretches])
+    used = "".join(
+        f"<li>{s.start:.1f} to {s.end:.1f} s: {s.kind}{'' if s.kind == 'steady' else ' (left out)'}</li>"
+        for s in stretches
+    )
+    return f'<div class="trial"><div>{text}<ul>{used}</ul></div>{picture}</div>'
 
 
 def _methods(session: Session) -> str:

@@ -115,7 +115,7 @@ class FreeFit(OneLine):
     _stretches: tuple[tuple[Fit, slice], ...] = ()
 
     def draws(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray | None]:
-        """`count` motions (count, frames, 15, 3) [m] by `rng`, as of `motionenv.lifting.Lifted.draws`, feet too."""
+        """Motions (`count`, frames, 15, 3) [m] by `rng`, as of `motionenv.lifting.Lifted.draws`; and feet, if seen."""
         lasting = rng.standard_normal((2, count, len(MARKERS), 3))
         lasting[:, :, _M["pelvis"]] = 0.0
         passing, off = np.zeros((2, count, *self.positions.shape))
@@ -143,7 +143,7 @@ class FreeFit(OneLine):
     def feet(self, places: np.ndarray, rng: np.random.Generator | None = None) -> np.ndarray | None:
         """Heels and toes (..., frames, 4, 3) [m] of motions `places` (..., frames, 15, 3), or None without their rays.
 
-        With `rng` they are drawn; see `motionenv.lifting.free.feet.lift_feet`.
+        See `motionenv.lifting.free.feet.lift_feet`, also for `rng`.
         """
         return None if self.foot_rays is None else lift_feet(places, self.foot_rays, rng)
 

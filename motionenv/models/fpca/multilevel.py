@@ -97,19 +97,19 @@ class MultilevelFPCA(Estimator, StoredModel):
             self.n_components, self.n_harmonics, residual_harmonics=self.residual_harmonics, least_seen=self.least_seen
         )
         self.fpca_ = fpca.fit(cycles, subjects=subjects)
-        values, people, chosen = _values(fpca, cycles, subjects)
-        nesting = nest(people, chosen if trials is None else trials)
-        strides = np.bincount(_persons(nesting))
+        values, people, numbers = _values(fpca, cycles, subjects, trials)
+        strides = np.unique(people, return_counts=True)[1]
         if len(strides) < 2 or strides.max() < 2:
             raise MotionError("levels need at least two people, and somebody with two strides")
-        self.selection_ = None
+        nesting, self.selection_ = nest(people, numbers), None
+        self.levels_ = nesting.levels
         if isinstance(strength, str):
-            self.selection_ = _held_out(fpca, values, nesting)
+            self.selection_ = _held_out(fpca, values, people, numbers, self.levels_)
             strength = max(self.selection_, key=self.selection_.__getitem__)
-        self.levels_, self.shrinkage_ = nesting.levels, float(strength)
-        found = fit_covariances(evidence(fpca, values), nesting.parents, strength, self.tol, self.max_iter)
-        self.covariances_, self.shift_ = found.covariances, found.shift
-        self.n_iter_, self.converged_ = found.n_iter, found.converged
+        self.shrinkage_ = float(strength)
+        self.covariances_, self.shift_, self.n_iter_, self.converged_ = fit_covariances(
+            evidence(fpca, values), nesting.parents, strength, self.tol, self.max_iter
+        )
         self._set()
         return self
 
@@ -122,8 +122,8 @@ class MultilevelFPCA(Estimator, StoredModel):
         them. `cycles`, `subjects`, `trials` and errors are as of `fit`.
         """
         self._check_fitted()
-        values, people, chosen = _values(self.fpca_, cycles, subjects)
-        nesting = nest(people, chosen if trials is None else trials, self.levels_)
+        values, people, numbers = _values(self.fpca_, cycles, subjects, trials)
+        nesting = nest(people, numbers, self.levels_)
         told = effects(evidence(self.fpca_, values), nesting.parents, self.covariances_, self.shift_)
         return nesting.people, told
 
@@ -143,10 +143,10 @@ class MultilevelFPCA(Estimator, StoredModel):
         Raises:
             GapError: no sample at all.
         """
-        values, *_ = _values(self.fpca_, cycles, subjects)
-        if not np.isfinite(values).any():
+        seen = int(np.isfinite(_values(self.fpca_, cycles, subjects, trials)[0]).sum())
+        if not seen:
             raise GapError("these cycles have no samples, so the model can't be scored on them")
-        return self.effects(cycles, subjects, trials)[1].log_p / int(np.isfinite(values).sum())
+        return self.effects(cycles, subjects, trials)[1].log_p / seen
 
     def sample(
         self, people: int, strides: int, seed: int | np.random.Generator | None = None, *, noise: bool = True
@@ -221,7 +221,7 @@ class MultilevelFPCA(Estimator, StoredModel):
 
 
 def evidence(fpca: FunctionalPCA, values: np.ndarray) -> Evidence:
-    """What cycles `values` (K, P, m) tell of their latents: scores of `fpca` in standard deviations."""
+    """What cycles `values` (K, P, m) tell of their latents, scores of `fpca` in standard deviations."""
     found = fpca._distribution(fpca.mean_[None]).infer(values, np.zeros(len(values), dtype=np.int64))
     precision = np.linalg.inv(found.covariance)
     linear = (precision @ found.z[..., None])[..., 0]
@@ -229,7 +229,7 @@ def evidence(fpca: FunctionalPCA, values: np.ndarray) -> Evidence:
     return Evidence(precision - np.eye(found.z.shape[1]), linear, constant)
 
 
-def nest(people: Sequence[str], trials: Sequence | np.ndarray | None, levels: Sequence[str] | None = None) -> Nesting:
+def nest(people: ArrayLike, trials: ArrayLike | None, levels: Sequence[str] | None = None) -> Nesting:
     """Who made which stride, from labels of people and trials (K,).
 
     Trials are a level, unless `levels` says otherwise, if there are more than people and fewer than strides.
@@ -247,45 +247,24 @@ def nest(people: Sequence[str], trials: Sequence | np.ndarray | None, levels: Se
     return Nesting(tuple(labels.tolist()), (pairs[:, 0], which.reshape(-1)), ("people", "trials", "strides"))
 
 
-def _persons(nesting: Nesting) -> np.ndarray:
-    """The number of each stride's person."""
-    own = nesting.parents[0]
-    for parents in nesting.parents[1:]:
-        own = own[parents]
-    return own
-
-
-def _values(fpca: FunctionalPCA, cycles, subjects) -> tuple[np.ndarray, Sequence[str], np.ndarray | None]:
-    """Values (K, P, m), people's labels, and numbers of trials if `cycles` have any."""
+def _values(fpca: FunctionalPCA, cycles, subjects, trials) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Values (K, P, m), people's labels, and labels of trials if there are any."""
     values, _ = fpca._checked(cycles)
     if isinstance(cycles, Cycles):
-        return values, cycles.subject, cycles.sequence
-    return values, [str(s) for s in (range(len(values)) if subjects is None else subjects)], None
+        subjects, trials = cycles.subject, cycles.sequence if trials is None else trials
+    people = np.array([str(one) for one in (range(len(values)) if subjects is None else subjects)])
+    return values, people, None if trials is None else np.asarray(trials)
 
 
-def _held_out(fpca: FunctionalPCA, values: np.ndarray, nesting: Nesting) -> dict[float, float]:
-    """Log-likelihood per sample of people left out in folds, by strength of shrinkage."""
-    who, gained, samples = _persons(nesting), dict.fromkeys(STRENGTHS, 0.0), 0
-    folds = min(FOLDS, len(nesting.people))
-    for fold in range(folds):
-        out = who % folds == fold
-        others = fpca.of_others(fpca.n_components_, values[~out], [str(one) for one in who[~out]], LOOSE)
-        kept, left = _part(nesting, ~out), _part(nesting, out)
-        told, new = evidence(others, values[~out]), evidence(others, values[out])
-        samples += int(np.isfinite(values[out]).sum())
-        start = None
+def _held_out(fpca: FunctionalPCA, values: np.ndarray, people: np.ndarray, trials, levels) -> dict[float, float]:
+    """Log-likelihood per sample of people left out in folds, by strength of shrinkage; other arguments as in `nest`."""
+    labels, who = np.unique(people, return_inverse=True)
+    folds, gained = who % min(FOLDS, len(labels)), dict.fromkeys(STRENGTHS, 0.0)
+    parents = lambda some: nest(people[some], None if trials is None else trials[some], levels).parents
+    for out in (folds == fold for fold in range(folds.max() + 1)):
+        others = fpca.of_others(fpca.n_components_, values[~out], people[~out].tolist(), LOOSE)
+        told, new, start = evidence(others, values[~out]), evidence(others, values[out]), None
         for strength in STRENGTHS:
-            found = fit_covariances(told, kept, strength, LOOSE, 200, start)
-            gained[strength] += effects(new, left, found.covariances, found.shift).log_p
-            start = found.covariances
-    return {strength: gain / samples for strength, gain in gained.items()}
-
-
-def _part(nesting: Nesting, strides: np.ndarray) -> tuple[np.ndarray, ...]:
-    """The parents of some of the `strides` (K,), numbered anew."""
-    parents, kept = [], strides
-    for own in reversed(nesting.parents):
-        numbers, renumbered = np.unique(own[kept], return_inverse=True)
-        parents.append(renumbered)
-        kept = numbers
-    return tuple(parents[::-1])
+            start, shift, *_ = fit_covariances(told, parents(~out), strength, LOOSE, 200, start)
+            gained[strength] += effects(new, parents(out), start, shift).log_p
+    return {strength: gain / int(np.isfinite(values).sum()) for strength, gain in gained.items()}

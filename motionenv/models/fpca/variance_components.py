@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,11 +37,9 @@ class Evidence:
 
     def together(self, parents: np.ndarray) -> Evidence:
         """Evidence about the parents that data share; `parents` (n,) are numbers of them."""
-        n = int(parents.max()) + 1
-        sums = [np.zeros((n, *part.shape[1:])) for part in (self.information, self.linear, self.constant)]
-        for total, part in zip(sums, (self.information, self.linear, self.constant), strict=True):
-            np.add.at(total, parents, part)
-        return Evidence(*sums)
+        order = np.argsort(parents, kind="stable")
+        starts = np.flatnonzero(np.diff(parents[order], prepend=-1))
+        return Evidence(*(np.add.reduceat(part[order], starts) for part in vars(self).values()))
 
 
 @dataclass(frozen=True)
@@ -96,8 +95,7 @@ def effects(
     return Effects(tuple(means), tuple(spreads), shift, float(log_p))
 
 
-@dataclass(frozen=True)
-class Fit:
+class Fit(NamedTuple):
     """Most likely covariances (levels, q, q), people's mean (q,), and how the search ended."""
 
     covariances: np.ndarray

@@ -1,8 +1,8 @@
 """Encode videos: MP4 (also streamed), GIF, animated WebP or PNGs, with PyAV, whose wheels include ffmpeg.
 
-The caller's thread makes the frames (an OpenGL context is bound to its thread) while another encodes, at most a few
-frames behind, so that memory doesn't grow with the video's length. The same frames give the same bytes: encoders are
-single-threaded and write neither dates nor versions.
+The caller's thread makes the frames while another encodes, at most a few frames behind, so that memory doesn't grow
+with the video's length. The same frames give the same bytes: encoders are single-threaded and write neither dates nor
+versions.
 """
 
 import tempfile

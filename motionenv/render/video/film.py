@@ -6,10 +6,8 @@ from typing import cast
 
 import numpy as np
 
-from motionenv._core.validation import checked_choice
 from motionenv.body.kinematics import shown_markers
 from motionenv.errors import GapError, MotionError
-from motionenv.render.api import ENGINES, render
 from motionenv.render.cameras import fit_view
 from motionenv.render.cameras import follow as follow_path
 from motionenv.render.draw2d.point_lights import render_points
@@ -27,7 +25,7 @@ _EASE = 0.5  # [s] standard deviation of the low-pass filter of a following came
 
 def film(
     motion: Motion, alpha: float = 0.0, *, width: int = 640, height: int = 480, elevation: float = _LEVEL,
-    points: bool = False, colour: Colour = (1.0, 1.0, 1.0), background: Colour | None = None, engine: str = "raycast",
+    points: bool = False, colour: Colour = (1.0, 1.0, 1.0), background: Colour | None = None,
     follow: bool = True, scene: Scene | None = None,
 ) -> Iterator[np.ndarray]:  # fmt: skip
     """Frames (height, width, 3) uint8 of a motion, one at a time.
@@ -39,36 +37,30 @@ def film(
         points: point lights (paper B, fig. 1) instead of a body.
         colour: (red, green, blue; 0 to 1) of the point lights.
         background: one colour (red, green, blue; 0 to 1) instead of ground and sky, or of the black behind the points.
-        engine: "raycast" or "pyrender".
         follow: whether the camera follows the walker, or is static and shows the whole walk.
         scene: light, clothes, ground and sky; None uses the defaults with 2 × 2 rays per pixel.
 
     Raises:
         GapError: the root is never known.
-        MotionError: a batch of motions, no such engine, or a colour or an elevation out of range.
-        EngineError: the engine can't run here.
+        MotionError: a batch of motions, or a colour or an elevation out of range.
     """
-    cameras, draw = _prepared(
-        motion, alpha, width, height, elevation, points, colour, background, engine, follow, scene
-    )
+    cameras, draw = _prepared(motion, alpha, width, height, elevation, points, colour, background, follow, scene)
     return _frames(motion, cameras, draw)
 
 
 def picture(motion: Motion, frame: int, alpha: float = 0.0, *, width: int = 640, height: int = 480,
             elevation: float = _LEVEL, points: bool = False, colour: Colour = (1.0, 1.0, 1.0),
-            background: Colour | None = None, engine: str = "raycast", follow: bool = True,
+            background: Colour | None = None, follow: bool = True,
             scene: Scene | None = None) -> np.ndarray:  # fmt: skip
     """The `frame` (height, width, 3) uint8 of the `film` with the same arguments, without rendering the others.
 
     Args:
-        motion, alpha, width, height, elevation, points, colour, background, engine, follow, scene: as in `film`.
+        motion, alpha, width, height, elevation, points, colour, background, follow, scene: as in `film`.
         frame: frame index; a `MotionError` if there is no such frame, or as in `film`.
     """
     if not 0 <= frame < len(motion.poses):
         raise MotionError(f"frame must be from 0 to {len(motion.poses) - 1}, got {frame!r}")
-    cameras, draw = _prepared(
-        motion, alpha, width, height, elevation, points, colour, background, engine, follow, scene
-    )
+    cameras, draw = _prepared(motion, alpha, width, height, elevation, points, colour, background, follow, scene)
     return draw(motion.poses[frame : frame + 1], cameras[frame : frame + 1])[0]
 
 
@@ -92,14 +84,13 @@ Draw = Callable[[np.ndarray, Sequence[Camera]], np.ndarray]
 
 
 def _prepared(
-    motion, alpha, width, height, elevation, points, colour, background, engine, follow, scene
+    motion, alpha, width, height, elevation, points, colour, background, follow, scene
 ) -> tuple[list[Camera], Draw]:
     """A camera per frame, and the function that renders poses (n, 25) from n of them."""
     if motion.poses.ndim != 2:
         raise MotionError(
             f"motion must be one motion (frames, 25), got poses of shape {motion.poses.shape}: use poses[0]"
         )
-    checked_choice(engine, "engine", ENGINES)
     for name, value in (("colour", colour), ("background", background)):
         if value is not None and not (len(value) == 3 and all(0 <= c <= 1 for c in value)):
             raise MotionError(f"{name} must be (red, green, blue) from 0 to 1, got {value!r}")
@@ -111,7 +102,7 @@ def _prepared(
     scene = scene or Scene(samples=2)
     if background is not None:
         scene = replace(scene, ground=False, horizon=tuple(background), zenith=tuple(background))
-    return cameras, _of_body(motion, engine, scene)
+    return cameras, _of_body(motion, scene)
 
 
 def _of_points(motion: Motion, colour: Colour, background: Colour, radius: float) -> Draw:
@@ -122,13 +113,9 @@ def _of_points(motion: Motion, colour: Colour, background: Colour, radius: float
     )
 
 
-def _of_body(motion: Motion, engine: str, scene: Scene) -> Draw:
-    if engine == "raycast":
-        raycaster = Raycaster(scene, threads=None)
-        return lambda poses, cameras: cast(np.ndarray, raycaster.render(poses, motion.skeleton, cameras).rgb)
-    return lambda poses, cameras: cast(
-        np.ndarray, render(poses, motion.skeleton, cameras, scene=scene, engine=engine).rgb
-    )
+def _of_body(motion: Motion, scene: Scene) -> Draw:
+    raycaster = Raycaster(scene, threads=None)
+    return lambda poses, cameras: cast(np.ndarray, raycaster.render(poses, motion.skeleton, cameras).rgb)
 
 
 def _frames(motion: Motion, cameras: list[Camera], draw: Draw) -> Iterator[np.ndarray]:

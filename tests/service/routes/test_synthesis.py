@@ -123,14 +123,6 @@ def test_a_picture_is_the_frame_asked_for_in_the_colours_asked_for(server):
     assert seen[..., [0, 2]].max() == 0
 
 
-def test_pyrender_draws_or_says_that_it_can_not(server):
-    answer = post(server, "image/png", picture={**SMALL, "engine": "pyrender"})
-    if answer.status_code == 501:
-        assert answer.json()["errors"][0]["field"] == "/picture/engine"
-    else:
-        assert Image.open(io.BytesIO(answer.content)).size == (64, 48)
-
-
 @pytest.mark.parametrize("model", ["walk/eigenwalkers", "walk/prior"])
 def test_other_walkers_walk(server, model):
     told = post(server, model=model, deviations=None, scores=[0.1, 0.2]).json()

@@ -6,6 +6,7 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
 import motionenv
+from benchmarks.tracking.heights import Unknown, estimate_scene, walker_filters
 from motionenv.body import from_height
 from motionenv.errors import MotionError
 from motionenv.likelihoods import Likelihood
@@ -14,7 +15,6 @@ from motionenv.render.cameras import view
 from motionenv.tracking import ParticleFilter, Start
 from motionenv.tracking.priors.base import SPREAD
 from motionenv.tracking.priors.guided import GuidedPrior
-from motionenv.tracking.scene import Unknown, estimate_scene, walker_filters
 
 FPS, MEMORY = 30.0, 0.2
 KEEP = np.exp(-1 / (MEMORY * FPS))

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.body import from_height
 from motionenv.errors import MotionError
 from motionenv.likelihoods.silhouette import EFFECTIVE, SilhouetteLikelihood
@@ -37,8 +36,10 @@ class Unknown:
     high: float = np.inf
 
     def __post_init__(self) -> None:
-        checked_number(self.spread, "spread", above=0)
-        checked_number(self.median, "median", self.low, self.high, above=0)
+        if not self.spread > 0:
+            raise MotionError(f"spread must be above 0, got {self.spread!r}")
+        if not (0 < self.median and self.low <= self.median <= self.high):
+            raise MotionError(f"median must be above 0, and from {self.low:g} to {self.high:g}, got {self.median!r}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +82,9 @@ def estimate_scene(
     clip, names = list(observations), list(unknown)
     if not clip or not names:
         raise MotionError("estimate_scene needs at least one observation and one unknown parameter")
-    steps, warm_up = checked_whole(steps, "steps", 1), checked_whole(warm_up, "warm_up", 0)
-    rng = random_generator(seed)
+    if steps < 1 or warm_up < 0:
+        raise MotionError(f"steps must be at least 1 and warm_up 0, got {steps!r} and {warm_up!r}")
+    rng = np.random.default_rng(seed)
     here, path, taken = np.zeros(len(names)), np.empty((warm_up + steps, len(names))), 0
     root: np.ndarray = np.eye(len(names))
     now, scale = _score(build, clip, unknown, here, rng), 1.0
