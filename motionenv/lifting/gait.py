@@ -56,7 +56,8 @@ _FOOTLESS = {
 _TILT = 7.0
 _DEFINED = {"hip_flexion": 5.0, "ankle_dorsiflexion": 3.0, "trunk_tilt": 2.0}
 _HIPS = (
-    "no point shows how far the pelvis tilts forward: hips are measured from a pelvis that tilts by 7 ± 5°, as people's do"
+    "no point shows how far the pelvis tilts forward: hips are measured from a pelvis that tilts by 7 ± 5°, as people's "
+    "do"
 )
 _FEWEST = 8  # draws
 _FINE = 100.0  # [Hz] at least, to which paths are interpolated: contacts are then as exact as at that rate

@@ -4,7 +4,7 @@ r"""Unknown view: paper B's eqs. 4.5 and 4.6 over the full circle, also for unkn
     (α, k) = argmin ‖ŵ - w̄(α) - Ê(α) k‖² / 2σ² + Σ k² / 2λ               (4.6)
 
 For a given view the scores have a closed form, so the cost is a smooth function of the angles alone. It is evaluated
-on a grid, and each local minimum is refined by Newton's method with exact derivatives. Beyond the paper's α, these may
+on a grid, and each local minimum is refined by Newton's method. Beyond the paper's α, these may
 be unknown:
 
 - phase φ: the phase at which the sequence starts. It rotates each harmonic. As noise doesn't depend on phase, the cost
@@ -25,13 +25,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.representation import OneLine
-from motionenv._core.threads import in_chunks
 from motionenv._core.validation import checked_number
 from motionenv.errors import ModelError, MotionError
 from motionenv.lifting.view_geometry import axes
 from motionenv.lifting.views import _gaussian as seen_from
+from motionenv.lifting.views._search import Cost, search
 from motionenv.models.eigenwalkers.fourier_model import FourierModel
-from motionenv.models.eigenwalkers.fourier_series import columns, later
+from motionenv.models.eigenwalkers.fourier_series import later
 
 ELEVATIONS = (np.radians(-15.0), np.radians(45.0))  # search range of an unknown elevation
 _STEP = np.radians([3.0, 7.5, 15.0])  # grid spacing of α, ε, φ
@@ -190,28 +190,20 @@ class _Found:
 
 def _search(g: seen_from.Gaussian, grid: _Grid, y, seen, rows, any_scale: bool, any_place: bool, found: _Found) -> None:
     """Write the minima of the sequences `rows` of `y` (n, 5, 15, 2), which show the markers `seen` (15,)."""
-    from motionenv.lifting.views._search_kernels import factor_views, search
-
     terms = seen_from.data_terms(g, y[rows], seen, len(grid.phases) > 1, any_place)
-    size, n = len(grid.alphas) * len(grid.elevations), len(g.precision)
-    views = np.empty((size, 5)), np.empty((size, n, n)), np.empty((size, n)), np.empty(size)
-    if not factor_views(grid.alphas, grid.elevations, terms.blocks, g.precision, *views):
+    cost = Cost(terms, g.precision, terms.count if any_scale else 0)
+    try:
+        minima = search(cost, (grid.alphas, grid.elevations, grid.phases), grid.low, grid.high, _STEP, _MOST)
+    except np.linalg.LinAlgError:
         raise MotionError(
-            f"{int(seen.sum())} markers don't determine {n} components by least squares: lower n_components, or use "
-            'approach="map"'
-        )
-    count = terms.count if any_scale else 0
-    turns = columns(grid.phases) if len(grid.phases) > 1 else np.ones((1, 1))
-    where = (grid.alphas, grid.elevations, grid.phases), turns, grid.low, grid.high, _STEP
-    given = terms.blocks, g.precision, views
-    fields = found.angles, found.tau, found.cost, found.variance, found.scores
-    out = [a[rows] for a in fields]
-    in_chunks(
-        lambda i, j: search(*where, terms.data[i:j], terms.squares[i:j], count, *given, *(a[i:j] for a in out)),
-        len(rows),
-    )
-    for a, b in zip(fields, out, strict=True):
-        a[rows] = b
-    shown = axes(out[0][..., 0], out[0][..., 1])[..., :2, :]
-    centres = terms.model_centre[0] + out[4] @ terms.model_centre[1:]
-    found.offset[rows] = np.einsum("...ij,...j->...i", shown, centres) - out[1][..., None] * terms.centres[:, None]
+            f"{int(seen.sum())} markers don't determine {len(g.precision)} components by least squares: lower "
+            'n_components, or use approach="map"'
+        ) from None
+    for i, (row, (angles, variance)) in enumerate(zip(rows, minima, strict=True)):
+        kept = slice(len(angles))
+        height, tau, scores = cost.at(angles, np.full(len(angles), i))
+        found.angles[row, kept], found.variance[row, kept] = angles, variance
+        found.cost[row, kept], found.tau[row, kept], found.scores[row, kept] = height, tau, scores
+        shown = axes(angles[:, 0], angles[:, 1])[:, :2]
+        centres = terms.model_centre[0] + scores @ terms.model_centre[1:]
+        found.offset[row, kept] = np.einsum("kij,kj->ki", shown, centres) - tau[:, None] * terms.centres[i]
