@@ -26,8 +26,7 @@ from motionenv.gait.stretches import Stretch, find_stretches, on_treadmill
 from motionenv.gait.strides import Stride, find_strides, mean_and_sd, normalised
 from motionenv.gait.summary import Parameter, summarise
 from motionenv.gait.trial import ANGLES
-from motionenv.lifting.pipeline import Lifted, motion_of
-from motionenv.lifting.posterior import BAND
+from motionenv.lifting.pipeline import BAND, Lifted, motion_of
 from motionenv.mocap.clinical import CLINICAL_ANGLES, clinical_angles
 from motionenv.mocap.clinical.gait_model import SIGN, frame
 from motionenv.mocap.clinical.progression import progression
@@ -385,13 +384,9 @@ def _curve_bands(curves: Mapping[str, np.ndarray], drawn: Sequence[_Walk], fps: 
 def _scale(lifted: Lifted) -> str:
     """Where sizes come from."""
     fit = lifted.free
-    if fit is None:
-        return (
-            "Sizes are in the points' metres."
-            if lifted.points.unit == "m"
-            else ("Sizes are those of the people learned from, by the proportions of this one.")
-        )
     sure = f"± {100 * BAND * fit.unit_deviation:.0f} % (90 %), as are all lengths and speeds"
+    if lifted.points.unit == "m":
+        return f"Sizes are those of the points' metres, {sure}."
     if fit.height is not None:
         return f"Sizes follow from the person's height, {fit.height:.2f} m, {sure}."
     if fit.posed:
@@ -401,13 +396,11 @@ def _scale(lifted: Lifted) -> str:
 
 def _warnings(lifted: Lifted, estimate: _Walk) -> tuple[str, ...]:
     """What else is wrong with the figures."""
-    other = lifted.free.other if lifted.free is not None else None
+    other = lifted.free.other
     swapped, treadmill = int(lifted.swapped.any(axis=1).sum()), on_treadmill(estimate.feet)
     unsteady = bool(estimate.strides) and all(stride.kind != "steady" for stride in estimate.strides)
     said = {
         "This is unlike the people learned from, so intervals don't hold.": not lifted.plausible,
-        "The points contradict the given view: it is wrong, or left and right are exchanged throughout.":
-            lifted.contradiction is not None,
         f"With probability {other.probability if other else 0:.0%}, left and right are exchanged throughout, and the "
         "person faces another way.": other is not None,
         f"Left and right were exchanged in {swapped} frames, which was corrected.": swapped > 0,
