@@ -56,8 +56,8 @@ def lift(
 
     People in films are detected by RTMPose (pip install 'motionenv[detect]').
 
-    Points in metres are those of a picture's plane, seen from afar. Capture (.amc, .bvh, .c3d, .trc) is projected first,
-    and the result compared with it.
+    Points in metres are those of a picture's plane, seen from afar. Capture (.amc, .bvh, .c3d, .trc) is projected
+    first, and the result compared with it.
     Example: motionenv lift keypoints.json --fps 30 --height 1.75 --out walk.npz --report walk.html --angles walk.csv
     """
     from motionenv.lifting import lift as lift_points

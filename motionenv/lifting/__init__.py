@@ -9,8 +9,8 @@
     >>> lifted.positions.shape, lifted.band.shape, lifted.heading.shape, lifted.motion().poses.shape
     ((90, 15, 3), (90, 15, 3), (90,), (90, 25))
 
-`lift` runs the whole pipeline, and `free` fits all frames. `camera_motion` finds how a film's camera turns. The estimators
-of Zhang & Troje 2007 ("paper B"), for straight, steady walks seen from afar, are in `views.known_view` and
+`lift` runs the whole pipeline, and `free` fits all frames. `camera_motion` finds how a film's camera turns. The
+estimators of Zhang & Troje 2007 ("paper B"), for straight, steady walks seen from afar, are in `views.known_view` and
 `views.unknown_view`; they work on a 2D Fourier series, which `fourier_fit` fits to the points.
 """
 

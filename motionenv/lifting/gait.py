@@ -403,6 +403,8 @@ def _warnings(lifted: Lifted, estimate: _Walk) -> tuple[str, ...]:
         "This is unlike the people learned from, so intervals don't hold.": not lifted.plausible,
         f"With probability {other.probability if other else 0:.0%}, left and right are exchanged throughout, and the "
         "person faces another way.": other is not None,
+        "Points in metres are without perspective: ways towards the camera follow from the feet, and are too short by "
+        "about a fifth.": lifted.points.unit == "m",
         f"Left and right were exchanged in {swapped} frames, which was corrected.": swapped > 0,
         "No stride was found, so there are no step parameters and no curves over the gait cycle.": not estimate.strides,
         "No stride is steady: the figures are of strides in which the walker turns or changes speed.": unsteady,

@@ -55,12 +55,15 @@ class LiftRequest(Request):
     elevation: Annotated[float, Field(ge=-85, le=85)] | Literal["unknown"] = Field(
         0.0, description="Angle by which the camera looks down [degrees]; 'unknown': estimate it."
     )
-    height: float | None = Field(None, ge=0.5, le=2.5, description="The person's height [m], for points in pixels; an adult's if missing.")
+    height: float | None = Field(
+        None, ge=0.5, le=2.5, description="Height [m], of points in pixels; an adult's if missing."
+    )
     feet: list[Annotated[list[Point | None], Field(min_length=4, max_length=4)]] | None = Field(
         None, description="(frames, 4, 2): left heel and toe, right heel and toe, as `points`."
     )
     gait: bool = Field(False, description="Whether to answer with joint angles, events and step parameters, too.")
     camera: LiftCamera | None = Field(None, description="For points in pixels; guessed if missing.")
+
     @model_validator(mode="after")
     def _pose_of_every_frame(self) -> Self:
         poses = None if self.camera is None else self.camera.poses

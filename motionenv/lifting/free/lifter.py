@@ -287,7 +287,8 @@ def fit_labelled(
         for part in sections:
             fits.append(_fitted(network, rays, points, part, settings, unit, swaps))
             tell((again + len(fits) / len(sections)) / passes)
-        units = np.array([_unit(one.fit, rays, part, height, distance) for one, part in zip(fits, sections, strict=True)])
+        size = partial(_unit, rays=rays, stature=height, distance=distance)
+        units = np.array([size(one.fit, part=part) for one, part in zip(fits, sections, strict=True)])
         precision = 1 / units[:, 1] ** 2
         unit = float(np.exp((precision * np.log(units[:, 0])).sum() / precision.sum()))
     joined = replace(_joined(fits, sections, rays, unit, float(units[:, 1].min())), height=height)
