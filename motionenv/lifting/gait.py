@@ -386,7 +386,7 @@ def _scale(lifted: Lifted) -> str:
     fit = lifted.free
     sure = f"± {100 * BAND * fit.unit_deviation:.0f} % (90 %), as are all lengths and speeds"
     if lifted.points.unit == "m":
-        return f"Sizes are those of the points' metres, {sure}."
+        return f"Sizes are those of the points' metres, ± {100 * BAND * fit.unit_deviation:.0f} % (90 %)."
     if fit.height is not None:
         return f"Sizes follow from the person's height, {fit.height:.2f} m, {sure}."
     if fit.posed:

@@ -12,7 +12,6 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.special import expit
 from scipy.stats import chi
 
-from motionenv._core.precompilation import precompile
 from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_number, checked_whole
 from motionenv.body.fitting import fit_poses, fit_skeleton
@@ -185,7 +184,6 @@ def lift(
         GapError: too few points.
     """
     _check(points, elevation, camera, height)
-    precompile("lift")
     check_points(points)
     known = {"elevation": elevation, "height": height, "on_progress": on_progress}
     if points.unit == "m":
