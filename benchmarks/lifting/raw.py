@@ -2,7 +2,7 @@
 
     motionenv bench lifting.raw [--mocap FOLDER] [--out FOLDER]
 
-One walk of each of 11 CMU people. Captured frames at 30 per second, without starts and stops, are projected from twelve
+One walk of each of 11 CMU people. Captured frames at 30 per second, without starts and stops, are projected from four
 directions; each row is one kind of picture or corruption. The joints of every frame are compared with the captured ones
 after aligning the pelvis. "Inside band" is the share of joint coordinates inside their 90 % bands, "way" the length of
 the way relative to the true one. The shipped network has seen these people: people of Bandai-Namco's, whose acted walks
@@ -26,7 +26,7 @@ from motionenv.models.eigenwalkers.extraction import steady_stretch
 from motionenv.types import MARKERS, Markers, Points
 
 FPS = 30.0
-VIEWS = np.radians(np.arange(-180, 180, 30) + 7)
+VIEWS = np.radians(np.arange(-180, 180, 90) + 37)
 PELVIS = MARKERS.index("pelvis")
 TILTED = np.radians(15)
 
