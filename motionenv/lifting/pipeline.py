@@ -3,9 +3,8 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from numbers import Real
-from typing import Any
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -185,15 +184,16 @@ def lift(
     """
     _check(points, elevation, camera, height)
     check_points(points)
-    known = {"elevation": elevation, "height": height, "on_progress": on_progress}
     if points.unit == "m":
-        free = _fitted_from_afar(points, known)
+        free = _fitted_from_afar(points, elevation, on_progress or (lambda share: None))
     else:
-        free = fit_freely(points, camera, distortion=distortion, **known)
+        free = fit_freely(
+            points, camera, distortion=distortion, elevation=elevation, height=height, on_progress=on_progress
+        )
     return Lifted(swapped_back(points, free.swapped), free.swapped, free)
 
 
-def _fitted_from_afar(points: Points, known: dict[str, Any]) -> FreeFit:
+def _fitted_from_afar(points: Points, elevation: float | None, tell: Callable[[float], None]) -> FreeFit:
     """The fit to points in metres, seen without perspective, by cameras that are far away.
 
     As a camera sees people who come nearer grow, it would find that nobody does. So the points are made to grow as
@@ -204,12 +204,22 @@ def _fitted_from_afar(points: Points, known: dict[str, Any]) -> FreeFit:
     scale, distance, middle = _ACROSS / extent, _AFAR * extent, 0.5 * (low + high)
     inner = np.array([[_AFAR * _ACROSS, 0, 0], [0, _AFAR * _ACROSS, 0], [0, 0, 1.0]])
     way = np.zeros(len(points.positions))
-    for _ in range(_ROUNDS):
-        grown = distance / (distance + way[:, None, None])
-        pixels = (points.positions - middle) * [scale, -scale] * grown
-        free = fit_freely(replace(points, positions=pixels, unit="px"), inner, distance=distance, **known)
+    for round_ in range(_ROUNDS):
+        grow = (distance / (distance + way))[:, None, None] * [scale, -scale]
+        free = fit_freely(
+            replace(
+                points, positions=(points.positions - middle) * grow, unit="px",
+                feet=None if points.feet is None else (points.feet - middle) * grow,
+            ),
+            inner, elevation=elevation, distance=distance,
+            on_progress=partial(_tell, tell, round_),
+        )  # fmt: skip
         way = _way_of(free.positions, points.fps)
     return replace(free, focal_deviation=_WAYS)
+
+
+def _tell(tell: Callable[[float], None], round_: int, share: float) -> None:
+    tell((round_ + share) / _ROUNDS)
 
 
 def _way_of(positions: np.ndarray, fps: float) -> np.ndarray:

@@ -36,6 +36,18 @@ def test_points_in_metres_give_the_motion_at_its_size(walk, degrees):
     assert 0.65 < way(lifted.positions) / way(points.truth.positions) < 1.15
 
 
+def test_feet_in_metres_are_lifted_with_the_rest(walk):
+    points = project_markers(walk, 0.5)
+    ends = points.truth.positions[:, [MARKERS.index(f"{side}_ankle") for side in ("left", "left", "right", "right")]]
+    feet = ends[..., [0, 2]] + [[0.0, -0.05], [0.15, -0.06]] * 2
+    told = []
+    found = lift(replace(points, feet=feet), on_progress=told.append)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    about = lambda places: (places - places.mean(axis=1, keepdims=True))[..., [0, 2]]
+    assert np.abs(about(found.feet) - about(np.stack([feet[..., 0], feet[..., 0], feet[..., 1]], -1))).mean() < 0.03
+
+
 def test_bands_hold_the_truth_about_as_often_as_they_say(walk):
     covered = []
     for degrees in range(0, 360, 60):
