@@ -56,7 +56,7 @@ env = gymnasium.make("motionenv/WalkerTracking-v1")
 env.reset(seed=0)
 env.step(env.action_space.sample())
 """,
-    "lift": _command("lift points.csv --view unknown --out lifted.npz"),
+    "lift": _command("lift points.csv --out lifted.npz"),
     "film": _command("track --video film.mp4 --out track.mp4"),
     "render": _command("render walk.npz --out rendered.mp4"),
     "report": _command("report walk.npz --out report.html"),

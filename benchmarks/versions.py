@@ -55,8 +55,7 @@ def calls() -> dict[str, Callable[[], object]]:
             motionenv.synthesize("walk/fpca", 4, 30, seed=i, speed=1.4) for i in range(60)
         ],
         "40 steps of 64 environments": lambda: [envs.step(action) for _ in range(40)],
-        "lift, known view": lambda: motionenv.lift(seen, alpha=np.radians(40)),
-        "lift, unknown view": lambda: motionenv.lift(seen),
+        "lift": lambda: motionenv.lift(seen),
         f"track 30 frames, {PARTICLES} particles": lambda: evaluate(env, agent, 1, seed=7),
         "5,000 draws of the tree": lambda: tree.sample(histories, 10, seed=1, method="tree"),
         "5,000 exact draws": lambda: tree.sample(histories, 10, seed=1, method="exact"),

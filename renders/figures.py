@@ -145,7 +145,7 @@ def tracking(out: Path) -> None:
 
 
 def lifting(out: Path) -> None:
-    """lifted.png: a synthesised walker from noisy points with gaps, one wrist never seen, the view unknown."""
+    """lifted.png: a synthesised walker from noisy points with gaps, one wrist never seen."""
     motion = synthesize("walk/fpca", 4, 30, seed=7)
     walk = Markers(MARKERS, markers(motion.poses, motion.skeleton), motion.fps)
     seen = project_markers(walk, np.radians(40))

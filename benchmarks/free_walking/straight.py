@@ -1,25 +1,19 @@
-"""Straight walks of people left out, before cameras: the steady lifter beside the free one.
+"""Straight walks of people left out, before cameras.
 
     motionenv bench free_walking.straight --network a.npz
 
-Neither the steady lifter's prior nor the network has seen the six subjects (see `left_out`). MPJPE aligns the pelvis in
-the axes of the world if the camera is known, and P-MPJPE every frame; "in band" are joint coordinates inside their 90 %
-bands, "refused" walks that the steady lifter, which takes pictures for orthographic, finds to be none or implausible:
-their errors don't count.
+The network hasn't seen the six subjects (see `left_out`). MPJPE aligns the pelvis in the axes of the world if the
+camera is known, and P-MPJPE every frame; "in band" are joint coordinates inside their 90 % bands.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.captured_walks import cmu_markers
 from benchmarks.free_walking import bandai, left_out
-from motionenv.errors import MotionError
-from motionenv.lifting import lift
+from motionenv.lifting import BAND
 from motionenv.lifting.free.lifter import fit_freely
-from motionenv.lifting.posterior import BAND
 from motionenv.metrics import aligned_mpjpe, pelvis_mpjpe
-from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.types import MARKERS, Markers
 
 _PELVIS = MARKERS.index("pelvis")
@@ -32,7 +26,7 @@ def noisy(pixels: float):
     )
 
 
-KNOWN, UNKNOWN, STEADY = "free, camera known", "free, camera unknown", "steady"
+KNOWN, UNKNOWN = "known", "unknown"
 DAMAGE = {
     "clean": lambda points, rng: points, "1 px": noisy(1.0), "2 px": noisy(2.0), "5 px": noisy(5.0),
     "5 px, 20 % missing": bandai.noisy, "bursts": bandai.bursts,
@@ -50,24 +44,21 @@ def main() -> None:
     parser = left_out.arguments(__doc__)
     asked = parser.parse_args()
     network = left_out.network(asked.network)
-    markers, people = cmu_markers(asked.mocap)
-    kept = [(m, p) for m, p in zip(markers, people, strict=True) if p not in left_out.LEFT_OUT]
-    prior = WalkerPrior().fit([m for m, _ in kept], [p for _, p in kept])
-    print("| points | lifter | MPJPE [mm] | P-MPJPE [mm] | in band | refused |\n|-|-|-|-|-|-|")
+    print("| points | camera | MPJPE [mm] | P-MPJPE [mm] | in band |\n|-|-|-|-|-|")
     walks = left_out.captured(asked.mocap)[: 1 if asked.quick else None]
     for name, damage in DAMAGE.items():
-        for lifter, rows in _compared(walks, damage, network, prior).items():
-            mpjpe, aligned, inside = np.mean(rows, axis=0) if rows else [np.nan] * 3
+        for lifter, rows in _compared(walks, damage, network).items():
+            mpjpe, aligned, inside = np.mean(rows, axis=0)
             shown, share = ("", "") if lifter != KNOWN else (f"{mpjpe:.1f}", f"{inside:.0%}")
             print(
-                f"| {name} | {lifter} | {shown} | {aligned:.1f} | {share} | {len(walks) - len(rows)} of {len(walks)} |",
+                f"| {name} | {lifter} | {shown} | {aligned:.1f} | {share} |",
                 flush=True,
             )
 
 
-def _compared(walks: list[Markers], damage, network, prior) -> dict[str, list[list[float]]]:
-    """Figures of every walk by both lifters, the free one with the camera and without."""
-    table: dict[str, list[list[float]]] = {KNOWN: [], UNKNOWN: [], STEADY: []}
+def _compared(walks: list[Markers], damage, network) -> dict[str, list[list[float]]]:
+    """Figures of every walk, with the camera and without."""
+    table: dict[str, list[list[float]]] = {KNOWN: [], UNKNOWN: []}
     for number, walk in enumerate(walks):
         rng = np.random.default_rng([0, number])
         camera = bandai.cameras(walk, rng)[0]
@@ -77,12 +68,6 @@ def _compared(walks: list[Markers], damage, network, prior) -> dict[str, list[li
         for lifter, told in ((KNOWN, camera), (UNKNOWN, None)):
             fit = fit_freely(points, told, elevation=down, network=network)
             table[lifter].append(_figures(fit.positions, fit.deviations, truth))
-        try:
-            found = lift(points, elevation=down, prior=prior, method="steady")
-        except MotionError:  # not periodic: refused
-            continue
-        if found.plausible:
-            table[STEADY].append(_figures(found.positions, found.band / BAND, truth))
     return table
 
 

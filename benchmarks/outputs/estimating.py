@@ -127,13 +127,12 @@ def points(alpha: float = 0.7, missing: float = 0.0, **how) -> motionenv.Points:
     return motionenv.Points(np.where(gone, np.nan, seen.positions), seen.fps, seen.unit)
 
 
-@output("lift of an unknown view")
-@output("lift of a known view", 0.7)
+@output("lift of points in metres")
 @output("lift with points missing", missing=0.3)
-@output("lift of an unknown elevation and scale", 0.7, elevation=None, seen={"elevation": 0.2})
-def _lift(alpha: float | None = None, missing: float = 0.0, seen: dict | None = None, **how) -> Any:
-    lifted = motionenv.lift(points(missing=missing, **seen or {}), alpha, **how)
-    return [lifted, lifted.walker, lifted.band, lifted.markers(), lifted.motion()]
+@output("lift of an unknown elevation", elevation=None, seen={"elevation": 0.2})
+def _lift(missing: float = 0.0, seen: dict | None = None, **how) -> Any:
+    lifted = motionenv.lift(points(missing=missing, **seen or {}), **how)
+    return [lifted, lifted.band, lifted.markers(), lifted.motion()]
 
 
 @output("lift with a camera")

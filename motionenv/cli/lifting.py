@@ -38,9 +38,7 @@ def lift(
         Path, typer.Argument(help="2D points (a detector's file or folder, .trc, .csv), a film, or 3D capture.")
     ],
     out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz or .trc.")],
-    view: Annotated[str, typer.Option(help="unknown, side, front, oblique, or a view angle in degrees.")] = "unknown",
     elevation: Annotated[str, typer.Option(help="Angle by which the camera looks down, in degrees, or unknown.")] = "0",
-    scale: Annotated[float | None, typer.Option(help="Pixels per metre at the walker; by default estimated.")] = None,
     project: Annotated[str | None, typer.Option(help="For 3D capture: the view to project it to.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Plot of the estimate (.png, .pdf, .svg).")] = None,
     report: Annotated[Path | None, typer.Option(help="Page of joint angles and steps with intervals, .html.")] = None,
@@ -48,8 +46,6 @@ def lift(
     height: Annotated[float | None, typer.Option(help="The person's height [m]; by default an adult's.")] = None,
     camera: Annotated[Path | None, typer.Option(help="Calibrated camera (.json, .toml); by default guessed.")] = None,
     which: Annotated[str | None, typer.Option(help="Name of the camera in a .toml file.")] = None,
-    method: Annotated[str, typer.Option(help="free: any motion; steady: a straight walk; auto: see above.")] = "auto",
-    prior: Annotated[str, typer.Option(help="Name or file of the prior; see `motionenv fit`.")] = "walk/prior",
     person: Annotated[
         str | None,
         typer.Option(help="Index of the person in a film or detector's file; 0,3 joins parts of one person."),
@@ -66,7 +62,7 @@ def lift(
 
     People in films are detected by BlazePose (pip install 'motionenv[detect]').
 
-    Points in metres, or with --view or --scale, show a straight walk. Capture (.amc, .bvh, .c3d, .trc) is projected
+    Points in metres are those of a picture's plane, seen from afar. Capture (.amc, .bvh, .c3d, .trc) is projected
     first, and the result compared with it.
     Example: motionenv lift keypoints.json --fps 30 --height 1.75 --out walk.npz --report walk.html --angles walk.csv
     """
@@ -76,7 +72,6 @@ def lift(
 
     check_suffix(out)
     _check_outputs(out, plot, report, angles)
-    alpha = None if view == "unknown" else parsed_view(view)
     picture = None if size is None else parsed_size(size)
     of_detector = {"person": parsed_person(person), "format": format, "size": picture,
                    "up": _checked_up(up, size, camera)}  # fmt: skip
@@ -92,8 +87,8 @@ def lift(
         loaded = _read(points, project, elevation, fps, unit, of_detector)
     with err.status("lifting") as status:
         lifted = lift_points(
-            loaded, alpha, prior=prior, elevation=_parsed_elevation(elevation), scale=scale, method=method,
-            height=height, on_progress=lambda share: status.update(f"lifting, {share:.0%}"), **known,
+            loaded, elevation=_parsed_elevation(elevation), height=height,
+            on_progress=lambda share: status.update(f"lifting, {share:.0%}"), **known,
         )  # fmt: skip
         motion = lifted.motion()
     _check_gaps(np.isnan(motion.poses).any(axis=1), motion.fps, out)
@@ -258,7 +253,7 @@ def _report(lifted) -> list[str]:
     """Summary of the result."""
     from motionenv.metrics import pelvis_mpjpe
 
-    lines = _free_motion(lifted) if lifted.posterior is None else _steady_walk(lifted)
+    lines = _motion(lifted)
     band = lifted.band[np.isfinite(lifted.band)]
     if len(band):
         lines.append(f"joints ± {1000 * float(band.mean()):.0f} mm per axis (90 %), on average")
@@ -269,7 +264,7 @@ def _report(lifted) -> list[str]:
     elif not lifted.plausible:
         lines.append(
             f"warning: this is unlike the people learned from (misfit {lifted.misfit:.1f}), so uncertainties don't "
-            "hold: check that it shows somebody who walks or runs, and the view, scale or camera if you gave one"
+            "hold: check that it shows somebody who walks or runs, and the camera if you gave one"
         )
     if lifted.swapped.any():
         lines.append(
@@ -282,33 +277,13 @@ def _report(lifted) -> list[str]:
     return lines
 
 
-def _steady_walk(lifted) -> list[str]:
-    """View and pace of a straight walk."""
-    from motionenv.lifting.posterior import BAND
-
-    found = lifted.posterior
-    sure = BAND * math.degrees(found.standard_deviation("alpha"))
-    lines = [
-        f"a straight walk; view {math.degrees(found.alpha):.1f} ± {sure:.1f} degrees (90 %), elevation "
-        f"{math.degrees(found.elevation):.1f}; {found.frequency:.3f} strides per second, {lifted.walker.speed:.2f} m/s"
-    ]
-    for other in lifted.others:
-        lines.append(f"or: view {math.degrees(other.alpha):.0f} degrees, with probability {other.probability:.0%}")
-    if lifted.contradiction is not None:
-        lines.append(
-            f"warning: the points contradict --view and fit {math.degrees(lifted.contradiction.alpha):.0f} degrees: "
-            "correct --view, or the left and right labels"
-        )
-    return lines
-
-
-def _free_motion(lifted) -> list[str]:
+def _motion(lifted) -> list[str]:
     """Directions, pace and doubtful stretches of a motion."""
     fps, size = lifted.points.fps, lifted.free.unit_deviation
     way = np.diff(lifted.positions[:, _PELVIS, :2], axis=0)
     heading = np.degrees(lifted.heading)
     lines = [
-        f"free motion; the body turns by {np.nanmax(heading) - np.nanmin(heading):.0f} degrees, mean speed "
+        f"the body turns by {np.nanmax(heading) - np.nanmin(heading):.0f} degrees, mean speed "
         f"{np.nanmean(np.linalg.norm(way, axis=1)) * fps if len(way) else 0:.2f} m/s; all sizes ± {1.645 * size:.0%}"
     ]
     if (other := lifted.free.other) is not None:

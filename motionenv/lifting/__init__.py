@@ -9,17 +9,15 @@
     >>> lifted.positions.shape, lifted.band.shape, lifted.heading.shape, lifted.motion().poses.shape
     ((90, 15, 3), (90, 15, 3), (90,), (90, 25))
 
-`lift` runs the whole pipeline. `free` fits any motion frame by frame. For straight, steady walks (Zhang & Troje 2007,
-"paper B", and extensions) `fourier_fit` fits a 2D Fourier series to the points; `views.known_view` and
-`views.unknown_view` hold the paper's estimators, which work on that series. `camera_motion` finds how a film's camera
-turns.
+`lift` runs the whole pipeline, and `free` fits all frames. `camera_motion` finds how a film's camera turns. The
+estimators of Zhang & Troje 2007 ("paper B"), for straight, steady walks seen from afar, are in `views.known_view` and
+`views.unknown_view`; they work on a 2D Fourier series, which `fourier_fit` fits to the points.
 """
 
 from motionenv.lifting.fourier_fit import Series, fourier_points
 from motionenv.lifting.free.lifter import FreeFit, OtherMotion, fit_freely
 from motionenv.lifting.gait import Cut, GaitEvent, LiftedGait, gait_of
-from motionenv.lifting.pipeline import Lifted, OtherView, lift
-from motionenv.lifting.posterior import MISFIT_LIMIT, WalkPosterior
+from motionenv.lifting.pipeline import BAND, Lifted, lift
 from motionenv.lifting.report import gait_figures, gait_page, write_angles, write_gait
 from motionenv.lifting.turning_camera import CameraMotion, camera_motion
 from motionenv.lifting.view_geometry import project_markers
@@ -27,7 +25,7 @@ from motionenv.lifting.views.known_view import Reconstruction, least_squares, ma
 from motionenv.lifting.views.unknown_view import Views, find_view
 
 __all__ = [
-    "MISFIT_LIMIT",
+    "BAND",
     "CameraMotion",
     "Cut",
     "FreeFit",
@@ -35,11 +33,9 @@ __all__ = [
     "Lifted",
     "LiftedGait",
     "OtherMotion",
-    "OtherView",
     "Reconstruction",
     "Series",
     "Views",
-    "WalkPosterior",
     "camera_motion",
     "find_view",
     "fit_freely",

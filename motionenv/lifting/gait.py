@@ -26,8 +26,7 @@ from motionenv.gait.stretches import Stretch, find_stretches
 from motionenv.gait.strides import Stride, find_strides, mean_and_sd, normalised
 from motionenv.gait.summary import Parameter, summarise
 from motionenv.gait.trial import ANGLES, notes_of
-from motionenv.lifting.pipeline import Lifted, motion_of
-from motionenv.lifting.posterior import BAND
+from motionenv.lifting.pipeline import BAND, Lifted, motion_of
 from motionenv.mocap.clinical import clinical_angles
 from motionenv.mocap.clinical.gait_model import SIGN, frame
 from motionenv.mocap.clinical.progression import progression
@@ -56,8 +55,8 @@ _FOOTLESS = {
 _TILT = 7.0
 _DEFINED = {"hip_flexion": 5.0, "ankle_dorsiflexion": 3.0, "trunk_tilt": 2.0}
 _HIPS = (
-    "no point shows how far the pelvis tilts forward: hips are measured from a pelvis that tilts by 7 ± 5°, as people's "
-    "do"
+    "no point shows how far the pelvis tilts forward: hips are measured from a pelvis that tilts by 7 ± 5°, as people "
+    "usually do"
 )
 _FEWEST = 8  # draws
 _FINE = 100.0  # [Hz] at least, to which paths are interpolated: contacts are then as exact as at that rate
@@ -396,11 +395,9 @@ def _curve_bands(curves: Mapping[str, np.ndarray], drawn: Sequence[_Walk], fps: 
 def _scale(lifted: Lifted) -> str:
     """Where sizes come from."""
     fit = lifted.free
-    if fit is None and lifted.points.unit == "m":
-        return "Sizes are in the points' metres."
-    if fit is None:
-        return "Sizes are those of the people learned from, by the proportions of this one."
     sure = f"± {100 * BAND * fit.unit_deviation:.0f} % (90 %), as are all lengths and speeds"
+    if lifted.points.unit == "m":
+        return f"Sizes are those of the points' metres, ± {100 * BAND * fit.unit_deviation:.0f} % (90 %)."
     if fit.height is not None:
         return f"Sizes follow from the person's height, {fit.height:.2f} m, {sure}."
     if fit.posed:
@@ -410,14 +407,14 @@ def _scale(lifted: Lifted) -> str:
 
 def _warnings(lifted: Lifted, estimate: _Walk) -> tuple[str, ...]:
     """What else is wrong with the figures."""
-    other = lifted.free.other if lifted.free is not None else None
+    other = lifted.free.other
     swapped = int(lifted.swapped.any(axis=1).sum())
     said = {
         "this is unlike the people learned from, so intervals don't hold": not lifted.plausible,
-        "the points contradict the given view: it is wrong, or left and right are exchanged throughout":
-            lifted.contradiction is not None,
         f"with probability {other.probability if other else 0:.0%}, left and right are exchanged throughout, and the "
         "person faces another way": other is not None,
+        "points in metres are without perspective: ways towards the camera follow from the feet, and are too short by "
+        "about a fifth": lifted.points.unit == "m",
         f"left and right were exchanged in {swapped} frames, which was corrected": swapped > 0,
     }  # fmt: skip
     notes = [text for text, holds in said.items() if holds] + [*notes_of(estimate.feet, estimate.strides), _HIPS]

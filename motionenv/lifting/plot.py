@@ -10,13 +10,12 @@ import numpy as np
 from motionenv._core.figures import BLUE, GREY, ORANGE, new_figure
 from motionenv.body import EDGES
 from motionenv.lifting.pipeline import Lifted
-from motionenv.lifting.view_geometry import axes as axes_of
 from motionenv.types import MARKERS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_POSTURES = 5  # equally spaced in one cycle, as in fig. 4
+_POSTURES = 5  # equally spaced in one second, about a cycle, as in fig. 4
 _SHOWN = ("left_ankle", "right_ankle", "left_wrist", "right_wrist", "head")
 _PELVIS = MARKERS.index("pelvis")
 
@@ -24,16 +23,16 @@ _PELVIS = MARKERS.index("pelvis")
 def lifted_walk(lifted: Lifted) -> "Figure":
     """The motion `lifted` beside its points, and beside the truth where that is known.
 
-    Shows five postures of one cycle, or second, as the camera saw them (points black) and with the unseen depth across;
+    Shows five postures of one second as the camera saw them (points black) and with the unseen depth across;
     below, the depth of single markers over time with 90 % bands. Estimates blue, truth orange and dashed, about the
     pelvis.
     """
     figure, axes = new_figure(3, _POSTURES, (11.0, 8.0), sharex=False)
-    view, scale, seconds = _seen(lifted)
+    view, scale = _seen(lifted)
     own = _about_pelvis(lifted.positions) @ view.T
     truth = lifted.points.truth
     true = None if truth is None else _about_pelvis(truth.positions) @ view.T
-    frames = np.linspace(0, min(lifted.points.fps * seconds, len(own) - 1), _POSTURES, endpoint=False)
+    frames = np.linspace(0, min(lifted.points.fps, len(own) - 1), _POSTURES, endpoint=False)
     for column, frame in enumerate(frames.astype(int)):
         for row, plane in enumerate(([0, 1], [2, 1])):
             panel = axes[row, column]
@@ -51,19 +50,14 @@ def lifted_walk(lifted: Lifted) -> "Figure":
     return figure
 
 
-def _seen(lifted: Lifted) -> tuple[np.ndarray, np.ndarray, float]:
-    """The picture's axes across, up and away (3, 3), its units per metre (frames,), and a cycle's duration [s]."""
-    if lifted.posterior is not None:
-        found = lifted.posterior
-        scale = found.scale if lifted.points.unit == "px" else 1.0
-        axes = axes_of(found.alpha, found.elevation)
-        return axes, np.full(len(lifted.positions), scale), 1 / found.frequency
+def _seen(lifted: Lifted) -> tuple[np.ndarray, np.ndarray]:
+    """The picture's axes across, up and away (3, 3), and its units per metre (frames,)."""
     free = lifted.free
-    assert free is not None
     ways = lifted.positions[:, _PELVIS] - free.origin
     away = ways.mean(axis=0) / np.linalg.norm(ways.mean(axis=0))
     across = np.cross(away, [0.0, 0.0, 1.0]) / np.linalg.norm(away[:2])
-    return np.stack([across, np.cross(across, away), away]), free.focal / (ways @ away), 1.0
+    scale = free.focal / (ways @ away) if lifted.points.unit == "px" else np.ones(len(ways))
+    return np.stack([across, np.cross(across, away), away]), scale
 
 
 def _about_pelvis(positions: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from motionenv.gait.bands import shipped_band
 from motionenv.gait.report.figures import Panel, angle_panel
 from motionenv.gait.report.page import document, key, notes, parameter_table, way_from_above
 from motionenv.lifting.gait import NAMES, SIDE_ANGLES, LiftedGait
-from motionenv.lifting.posterior import BAND
+from motionenv.lifting.pipeline import BAND
 
 _SIDES = ("left", "right")
 _WORDS = (

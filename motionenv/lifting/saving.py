@@ -17,10 +17,6 @@ _OF_BOTH = (
 _OF_FREE = (
     "deviations", "weights", "unit", "unit_deviation", "noise", "origin", "focal", "focal_deviation", "surprise",
 )  # fmt: skip
-_OF_STEADY = (
-    "deviations", "weights", "coefficients", "alpha", "elevation", "scale", "frequency", "names",
-    "parameter_covariance",
-)  # fmt: skip
 
 
 def write_lifted(lifted: Lifted, motion: Motion, path: str | Path) -> None:
@@ -44,10 +40,8 @@ def write_lifted(lifted: Lifted, motion: Motion, path: str | Path) -> None:
 
 def known_of(lifted: Lifted) -> dict[str, np.ndarray]:
     """All that is known of a lifted motion, by name (`docs/file-formats.md`)."""
-    fit = lifted.free or lifted.posterior
     found = {name: getattr(lifted, name) for name in _OF_BOTH} | {"points": lifted.points.positions}
-    found |= {name: getattr(fit, name) for name in (_OF_FREE if lifted.free else _OF_STEADY)}
-    if lifted.free and lifted.free.other is not None:
-        other = lifted.free.other
+    found |= {name: getattr(lifted.free, name) for name in _OF_FREE}
+    if (other := lifted.free.other) is not None:
         found |= {"other_positions": other.positions, "other_probability": other.probability}
     return {name: np.asarray(value) for name, value in found.items() if value is not None}

@@ -1,10 +1,9 @@
-"""Left and right labels that a detector swapped: found by continuity, period or geometry of motion, and put back."""
+"""Left and right labels that a detector swapped: found by continuity or geometry of motion, and put back."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from motionenv.lifting.fourier_fit import LEAST_CYCLES, Series, fourier_points
 from motionenv.types import MARKERS, Points
 
 #: Marker pairs that a detector swaps together: the columns of labels.
@@ -12,36 +11,10 @@ GROUPS = {"arms": ("shoulder", "elbow", "wrist"), "legs": ("hip", "knee", "ankle
 PAIRS = {name: np.array([[MARKERS.index(f"{side}_{joint}") for joint in joints] for side in ("left", "right")])
          for name, joints in GROUPS.items()}  # fmt: skip
 
-#: Strides per second of the fastest walk.
-FASTEST = 2.0
 _FRAMES = 8  # least number of frames in which a pair is seen
 _SWITCH = 5.0  # log-odds against a swap from one frame to the next
 _ODD = 20.0  # cap on the log-likelihood of one pair in one frame
-_ROUNDS = 4
 _RAY_SWITCH, _RAY_CAP = 6.0, 12.0  # the same for rays, with a cap for each marker
-
-
-def swapped_frames(points: Points) -> np.ndarray:
-    """Find frames of `points` in which left and right labels are swapped: (frames, 2) for arms and legs.
-
-    A swap negates the difference left minus right, which breaks its continuity and its period. The Viterbi algorithm
-    finds the most probable labels of all frames under autoregressive noise about a periodic difference; labels and
-    periodic difference are estimated alternately.
-
-    Labels that are swapped throughout or in most frames can't be detected: apart from asymmetries, that is the same
-    walker at view -α. Frames in which left and right coincide can't be decided, and do not matter.
-
-    Raises:
-        GapError: as `motionenv.lifting.fourier_fit.fourier_points`.
-    """
-    starts = [np.zeros((len(points.positions), len(GROUPS)), dtype=bool), continuous_labels(points)]
-    return min((_alternating_fit(points, labels) for labels in starts), key=lambda found: found[0])[1]
-
-
-def unswapped(points: Points) -> tuple[Points, np.ndarray]:
-    """`points` with left and right labelled as in most frames, and `swapped_frames`, with its limits and errors."""
-    labels = swapped_frames(points)
-    return swapped_back(points, labels), labels
 
 
 def swapped_back(points: Points, labels: np.ndarray) -> Points:
@@ -64,47 +37,6 @@ def continuous_labels(points: Points) -> np.ndarray:
             near = between[:, known] / np.maximum(np.nanmedian(steps[:, known], axis=0), 1e-9)[:, None]
             labels[:, g] = _viterbi(np.stack([near, -near]), 1.0, 1.0)[0]
     return labels ^ (labels.mean(axis=0) > 0.5)
-
-
-def _alternating_fit(points: Points, labels: np.ndarray) -> tuple[float, np.ndarray]:
-    """Alternate between fitting the series and the labels (frames, 2), from initial labels; the cost and the labels."""
-    # Swapped labels can make the stride look slower; stay above the slowest frequency that can be fitted.
-    least = 1.001 * LEAST_CYCLES * points.fps / len(points.positions)
-    low, high = min(max(0.5, least), 0.99 * FASTEST), FASTEST
-    for _ in range(_ROUNDS):
-        series = fourier_points(swapped_back(points, labels), frequencies=(low, high))
-        low, high = max(0.85 * series.frequency, low), min(1.15 * series.frequency, FASTEST)
-        found = [_labels(points, series, pair, labels[:, g]) for g, pair in enumerate(PAIRS.values())]
-        before, labels = labels, np.stack([path for path, _ in found], axis=1)
-        if np.array_equal(before, labels):
-            break
-    return sum(cost for _, cost in found), labels
-
-
-def _labels(points: Points, series: Series, pair: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, float]:
-    """Most probable labels (frames,) of one group, True where swapped, given those `before`; and their cost."""
-    between = _between(points.upward, pair)
-    expected = _between(series.positions_at(np.arange(len(between)) / points.fps), pair)
-    off = np.stack([between - expected, -between - expected])  # unswapped, swapped: (2, frames, pairs, 2)
-    now = np.where(before[:, None, None], off[1], off[0])
-    size = np.linalg.norm(now, axis=-1)
-    known = np.isfinite(size).sum(axis=0) >= _FRAMES
-    if not known.any():
-        return np.zeros(len(between), dtype=bool), 0.0
-    off, now, size = off[:, :, known], now[:, known], size[:, known]
-    noise = np.nanmedian(size, axis=0) / np.sqrt(2 * np.log(2))
-    noise = np.maximum(noise, 1e-6 * np.nanmax(np.abs(between)))
-    correlation = _autocorrelation(now / noise[:, None])
-    path, cost = _viterbi(off / noise[:, None], correlation, 1 - correlation**2)
-    return path, cost + 2 * float((np.isfinite(size).sum(axis=0) * np.log(noise)).sum())
-
-
-def _autocorrelation(now: np.ndarray) -> float:
-    """Lag-1 correlation of standardised residuals (frames, pairs, 2)."""
-    now = np.clip(now, -3, 3)
-    both = np.isfinite(now[1:] * now[:-1])
-    power = np.where(both, now[1:] ** 2 + now[:-1] ** 2, 0.0).sum() / 2
-    return float(np.clip(np.where(both, now[1:] * now[:-1], 0.0).sum() / max(power, 1e-300), 0.0, 0.99))
 
 
 def _viterbi(off: np.ndarray, correlation: float, variance: float) -> tuple[np.ndarray, float]:

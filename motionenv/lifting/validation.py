@@ -1,16 +1,13 @@
-"""Input checks of lifting: amount of data, unit, and periodicity."""
+"""Input checks of lifting: amount of data, and unit."""
 
 import numpy as np
 
 from motionenv.body.kinematics import markers
 from motionenv.body.limbs import from_height
 from motionenv.errors import GapError, MotionError
-from motionenv.lifting.fourier_fit import LEAST_CYCLES, Series
-from motionenv.lifting.side_labels import FASTEST, PAIRS
 from motionenv.types import MARKERS, Points
 
 _MARKERS, _FRAMES = 4, 8  # least number of markers, each in at least so many frames
-LONGEST = 3600  # [frames] of a steady walk: beyond this, finding swapped sides takes too long
 LEAST_SECONDS, LEAST_RATE = 0.5, 8.0  # [s], [Hz] of any motion
 _SMALLEST = 8  # [pixels]
 _UPRIGHT = 0.3  # [m] vertical extent of the markers on a standing body that is needed to estimate the unit
@@ -19,15 +16,12 @@ _SIZES = (0.3, 1.6)
 _LYING = 0.5  # correlation with a standing body's heights below which somebody isn't upright
 _UNITS = {"metres": 1.0, "centimetres": 100.0, "millimetres": 1000.0}
 
-_EXPLAINED = 0.45  # least explained fraction of the variance; see `check_series`
-_ALTERNATION = 0.7  # least fraction of alternating power; see `alternation`
 
-
-def check_points(points: Points, scale: float | None = None) -> None:
-    """Reject image `points` that can't be lifted, before any expensive work; `scale` is pixels per metre, if known.
+def check_points(points: Points) -> None:
+    """Reject image `points` that can't be lifted, before any expensive work.
 
     The unit is checked by regressing the markers' mean heights on those of a standing body. A GapError means too little
-    data, a MotionError a wrong rate, unit, axis or scale.
+    data, a MotionError a wrong rate, unit or axis.
     """
     who = points.name or "this sequence"
     if points.fps < LEAST_RATE:
@@ -45,27 +39,11 @@ def check_points(points: Points, scale: float | None = None) -> None:
             f"{who} shows {seconds:.2f} s; at least {LEAST_SECONDS:g} s are needed: use a longer sequence, or correct "
             f"fps={points.fps:g}"
         )
-    _check_unit(points, enough, who, scale)
+    _check_unit(points, enough, who)
     rows = points.positions[seen.any(axis=1), :, 1]
     tall = float(np.median(np.nanmax(rows, axis=1) - np.nanmin(rows, axis=1)))
     if points.unit == "px" and tall < _SMALLEST:
         raise MotionError(f"{who} is {tall:.2g} pixels tall; at least {_SMALLEST} are needed: use a larger picture")
-
-
-def check_strides(points: Points) -> None:
-    """Reject `points` in which nobody can have walked enough strides (`GapError`), or too many (`MotionError`)."""
-    who = points.name or "this walk"
-    if len(points.positions) > LONGEST:
-        raise MotionError(
-            f"{who} has {len(points.positions)} frames; at most {LONGEST} are allowed: cut out some strides, or lower "
-            "the frame rate"
-        )
-    seconds = _seconds(np.isfinite(points.positions).all(axis=-1), points.fps)
-    if seconds * FASTEST < LEAST_CYCLES:
-        raise GapError(
-            f"{who} shows {seconds:.2f} s, too short for {LEAST_CYCLES:g} strides at any pace: use a longer sequence, "
-            f"or correct fps={points.fps:g}"
-        )
 
 
 def _seconds(seen: np.ndarray, fps: float) -> float:
@@ -73,45 +51,8 @@ def _seconds(seen: np.ndarray, fps: float) -> float:
     return float((np.flatnonzero(seen.any(axis=1))[[0, -1]] @ [-1, 1] + 1) / fps)
 
 
-def check_series(series: Series) -> None:
-    """Reject a `series` that isn't a walk: a `MotionError` if it isn't periodic, or the legs don't alternate.
-
-    The series must explain 0.45 of the variance. If both ankles are seen, 0.7 of the legs' vertical power must
-    alternate between left and right (see `alternation`). CMU walks have at least 0.84 and 0.91 at any view, and 0.51
-    and 0.87 with 20 mm of noise at 30 frames per second.
-    """
-    who = series.name or "this walk"
-    if series.explained < _EXPLAINED:
-        raise MotionError(
-            f"{who} isn't periodic: the best series, at {series.frequency:.2f} strides per second, explains "
-            f"{series.explained:.0%} of the motion; a walk needs at least {_EXPLAINED:.0%}. Cut out a stretch of "
-            "steady walking, and check the left and right labels"
-        )
-    share = alternation(series)
-    if share < _ALTERNATION:
-        raise MotionError(
-            f"{who} isn't a walk: the legs alternate in {share:.0%} of their motion; a walk needs at least "
-            f"{_ALTERNATION:.0%}. Cut out a stretch of walking"
-        )
-
-
-def alternation(series: Series) -> float:
-    """Fraction of the legs' vertical power in a `series` in which left and right alternate; NaN if an ankle isn't seen.
-
-    It is the power of the fundamental of left minus right and of the second harmonic of left plus right. Horizontal
-    motion is excluded because its parity is the opposite. Ankles, which have at least 0.96 in every view, are required:
-    in views from above, horizontal motion leaks into the vertical of the other markers.
-    """
-    left, right = (series.coefficients[1:, side, 1] for side in PAIRS["legs"])
-    if np.isnan(left[0, -1] + right[0, -1]):
-        return np.nan
-    power = [np.nansum(((left + sign * right) ** 2).reshape(2, -1), axis=1) for sign in (-1, 1)]
-    total = power[0].sum() + power[1].sum()
-    return float((power[0][0] + power[1][1]) / total) if total > 0 else np.nan
-
-
-def _check_unit(points: Points, enough: np.ndarray, who: str, known: float | None) -> None:
-    """Compare the markers' mean heights with those of a standing body, in pixels by the `known` scale."""
+def _check_unit(points: Points, enough: np.ndarray, who: str) -> None:
+    """Compare the markers' mean heights with those of a standing body."""
     scale = _apparent_scale(points, enough)
     if scale is None:
         return
@@ -124,11 +65,6 @@ def _check_unit(points: Points, enough: np.ndarray, who: str, known: float | Non
             )
         if like == ["metres"]:
             raise MotionError(f'{who} is {1.75 * scale:.2g} pixels tall, which looks like metres: set unit="m"')
-        if known is not None and not _SIZES[0] <= scale / known < _SIZES[1]:
-            raise MotionError(
-                f"{who} is {1.75 * scale:.0f} pixels tall, which at scale {known:g} is {1.75 * scale / known:.2g} m: "
-                "correct the scale, or omit it to have it estimated"
-            )
     elif scale < 0:
         raise MotionError(f'{who} is upside down, which looks like pixels: set unit="px"')
     elif like != ["metres"]:

@@ -13,6 +13,7 @@ of a 3D walk, with the ground truth attached.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -58,7 +59,8 @@ def project_markers(
             `elevation`; the points are then in pixels, NaN outside of the image. None: orthographic, in metres.
 
     Returns:
-        The points, with the turned walk as `truth`.
+        The points, with the turned walk as `truth`; if orthographic, as `motionenv.lift` tells it: x goes across the
+        picture, y away and z up.
 
     Raises:
         MotionError: other markers, or an angle out of range.
@@ -73,6 +75,7 @@ def project_markers(
     turned = turned_to_x(markers, heading)
     if camera is None:
         seen, unit = turned.positions @ axes(alpha, elevation)[:2].T, "m"
+        turned = replace(turned, positions=turned.positions @ axes(alpha)[[0, 2, 1]].T)
     else:
         seen, unit = cameras.project(turned.positions, camera)[0], "px"
         inside = np.all(

@@ -1,4 +1,4 @@
-"""3D from 2D (paper B): `POST /v1/lift`."""
+"""3D from 2D: `POST /v1/lift`."""
 
 import math
 
@@ -6,13 +6,12 @@ import numpy as np
 from fastapi import APIRouter, Request
 from starlette.responses import Response
 
-from motionenv import Points, WalkerPrior
-from motionenv.lifting import Lifted, OtherView, gait_figures, gait_of, gait_page, lift
+from motionenv import Points
+from motionenv.lifting import Lifted, gait_figures, gait_of, gait_page, lift
 from motionenv.types import MARKERS, POSE, Camera
 from service.errors import about, documented
 from service.formats import dumps
 from service.schemas.lift import LiftCamera, LiftRequest, LiftResponse
-from service.transport.access import EVERYTHING
 
 router = APIRouter(prefix="/v1", tags=["lift"])
 
@@ -24,19 +23,17 @@ router = APIRouter(prefix="/v1", tags=["lift"])
 async def lift_points(request: Request, asked: LiftRequest) -> Response:
     """The most probable motion for 2D points of one camera, with uncertainties."""
     service = request.app.state.service
-    prior = service.model_registry.get("walk/prior", EVERYTHING)
-    body = await service.worker_pool.run(lambda: _lifted(asked, prior))
+    body = await service.worker_pool.run(lambda: _lifted(asked))
     return Response(body, media_type="application/json")
 
 
-def _lifted(asked: LiftRequest, prior: WalkerPrior) -> bytes:
+def _lifted(asked: LiftRequest) -> bytes:
     with about("camera"):
         camera = _camera(asked.camera)
     with about("points"):
         found = lift(
-            _points(asked), None if asked.view is None else math.radians(asked.view), prior=prior,
-            elevation=None if asked.elevation == "unknown" else math.radians(asked.elevation), scale=asked.scale,
-            camera=camera, method=asked.method, height=asked.height,
+            _points(asked), elevation=None if asked.elevation == "unknown" else math.radians(asked.elevation),
+            camera=camera, height=asked.height,
             distortion=None if asked.camera is None else asked.camera.distortion,
         )  # fmt: skip
         gait = gait_of(found) if asked.gait else None
@@ -65,28 +62,11 @@ def _camera(asked: LiftCamera | None) -> Camera | list[Camera] | np.ndarray | No
 
 def to_response(found: Lifted) -> dict:
     """Lifted motion as `LiftResponse`."""
-    motion, other = found.motion(), found.free and found.free.other
+    motion, other = found.motion(), found.free.other
     return {
-        "steady": None if found.posterior is None else _steady(found),
         "other": other and {"positions": other.positions, "probability": other.probability},
         "misfit": found.misfit, "plausible": found.plausible, "unlike": found.unlike, "fps": motion.fps,
         "markers": MARKERS, "positions": found.markers().positions, "band": found.band,
         "heading": np.degrees(found.heading), "contact": found.contact,
         "pose": POSE, "poses": motion.poses, "height": motion.skeleton.height, "swapped": found.swapped,
     }  # fmt: skip
-
-
-def _steady(found: Lifted) -> dict:
-    refined = found.posterior
-    assert refined is not None
-    return {
-        "view": math.degrees(refined.alpha), "view_deviation": math.degrees(refined.standard_deviation("alpha")),
-        "elevation": math.degrees(refined.elevation), "others": [_view(other) for other in found.others],
-        "contradiction": None if found.contradiction is None else _view(found.contradiction),
-        "frequency": refined.frequency, "speed": found.walker.speed,
-    }  # fmt: skip
-
-
-def _view(other: OtherView) -> dict[str, float]:
-    angles = {"view": math.degrees(other.alpha), "elevation": math.degrees(other.elevation)}
-    return {**angles, "probability": other.probability}

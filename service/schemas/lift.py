@@ -11,7 +11,6 @@ _MARKERS = 15
 Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
 Point = Annotated[list[Coordinate | None], Field(min_length=2, max_length=3)]
 Frame = Annotated[list[Point | None], Field(min_length=_MARKERS, max_length=_MARKERS)]
-Degrees = Annotated[float, Field(ge=-360, le=360)]
 Vector = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
 Matrix = Annotated[list[Vector], Field(min_length=3, max_length=3)]
 
@@ -55,42 +54,18 @@ class LiftRequest(Request):
         "detector's confidence from 0 to 1.",
     )  # fmt: skip
     fps: float = Field(ge=1, le=1000, description="Frames per second.", examples=[30.0])
-    unit: Literal["m", "px"] = Field("px", description="px: pixels, y down. m: metres, y up, without perspective.")
-    view: Degrees | None = Field(None, description="View angle α of paper B [degrees], 0: side; estimated if missing.")
+    unit: Literal["m", "px"] = Field("px", description="px: pixels, y down. m: metres, y up, seen from afar.")
     elevation: Annotated[float, Field(ge=-85, le=85)] | Literal["unknown"] = Field(
         0.0, description="Angle by which the camera looks down [degrees]; 'unknown': estimate it."
     )
-    scale: float | None = Field(None, gt=0, le=1e6, description="Pixels per metre at the walker; estimated if missing.")
-    height: float | None = Field(None, ge=0.5, le=2.5, description="The person's height [m]; an adult's if missing.")
+    height: float | None = Field(
+        None, ge=0.5, le=2.5, description="Height [m], of points in pixels; an adult's if missing."
+    )
     feet: list[Annotated[list[Point | None], Field(min_length=4, max_length=4)]] | None = Field(
         None, description="(frames, 4, 2): left heel and toe, right heel and toe, as `points`."
     )
     gait: bool = Field(False, description="Whether to answer with joint angles, events and step parameters, too.")
     camera: LiftCamera | None = Field(None, description="For points in pixels; guessed if missing.")
-    method: Literal["auto", "steady", "free"] = Field(
-        "auto", description="steady: a straight, steady walk; free: any motion; auto: the evidence tells."
-    )
-
-    @model_validator(mode="after")
-    def _one_method(self) -> Self:
-        """Free motion is lifted in perspective, a steady walk in parallel."""
-        parallel = [name for name in ("view", "scale") if getattr(self, name) is not None]
-        parallel += ["unit"] if self.unit == "m" else []
-        if self.method == "free" and parallel:
-            told = "free motion needs points in pixels, without view and scale: leave these out, or method"
-            raise MotionError(told, "method", *parallel)
-        if self.camera is not None and (self.method == "steady" or parallel):
-            given = ["method"] if self.method == "steady" else parallel
-            raise MotionError(
-                "a camera is of free motion: leave it out, or unit, method, view, scale", "camera", *given
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _scale_of_pixels(self) -> Self:
-        if self.scale is not None and self.unit == "m":
-            raise MotionError("scale is only for points in pixels: leave it out", "scale", "unit")
-        return self
 
     @model_validator(mode="after")
     def _pose_of_every_frame(self) -> Self:
@@ -101,26 +76,6 @@ class LiftRequest(Request):
             told = f"camera.poses must have one pose for each of the {len(self.points)} frames, got {len(poses)}"
             raise MotionError(told, "camera.poses", "points")
         return self
-
-
-class View(BaseModel):
-    """A view that the points are compatible with."""
-
-    view: float = Field(description="α [degrees].")
-    elevation: float = Field(description="Angle by which the camera looks down [degrees].")
-    probability: float = Field(ge=0, le=1, description="Probability relative to all views, the best one included.")
-
-
-class SteadyWalk(BaseModel):
-    """View and pace of a straight, steady walk."""
-
-    view: float = Field(description="α [degrees].")
-    view_deviation: float = Field(description="Standard deviation of the view [degrees].")
-    elevation: float = Field(description="Angle by which the camera looks down [degrees].")
-    others: list[View] = Field(description="Other views that the points are compatible with, most probable first.")
-    contradiction: View | None = Field(description="The view that the points suggest, if they contradict a given one.")
-    frequency: float = Field(description="Strides per second [Hz].")
-    speed: float = Field(description="Walking speed [m/s].")
 
 
 class OtherMotion(BaseModel):
@@ -174,16 +129,15 @@ class LiftedGait(BaseModel):
 class LiftResponse(BaseModel):
     """Motion in three dimensions, with uncertainties."""
 
-    steady: SteadyWalk | None = Field(description="View and pace if this is a straight, steady walk.")
-    other: OtherMotion | None = Field(description="Another motion that the points may show, unless it is steady.")
+    other: OtherMotion | None = Field(description="Another motion that the points may show.")
     misfit: float = Field(description="How unlike the people learned from this is.")
     plausible: bool = Field(description="Whether it is like them, so that bands hold.")
     unlike: list[bool] = Field(description="(frames,): whether a frame shows something else, such as sitting or noise.")
     fps: float = Field(description="Frames per second.")
     markers: list[str] = Field(description="Names of the 15 markers.")
     positions: list[list[list[float | None]]] = Field(
-        description="(frames, 15, 3) [m], z up; a steady walk goes along x. Null where nobody is seen, like all that "
-        "follows from positions."
+        description="(frames, 15, 3) [m], z up; without a camera's pose, x goes across the picture and y away. Null "
+        "where nobody is seen, like all that follows from positions."
     )
     band: list[list[list[float | None]]] = Field(
         description="(frames, 15, 3) [m]: half width of 90 % bands around positions; null in frames `unlike`."

@@ -164,13 +164,11 @@ def test_two_stretches_are_joined_with_the_spread_of_one(monkeypatch):
     assert steps.max() < 3 * np.median(steps)
 
 
-def test_a_steady_walk_is_drawn_as_its_deviations_tell():
+def test_the_gait_of_points_in_metres_is_at_their_size():
     found = lift(project_markers(Markers(MARKERS, PLACES, FPS), 0.6))
-    drawn = found.draws(300, np.random.default_rng(0))
-    ratio = drawn.std(axis=0) / found.posterior.deviations
-    assert ratio.mean() == pytest.approx(1.0, abs=0.03)
-    gait = gait_of(found, draws=8)
-    assert gait.scale == "Sizes are in the points' metres."
+    gait = gait_of(found, draws=16)
+    assert gait.scale.startswith("Sizes are those of the points' metres, ± 1 %")
+    assert any("too short by about a fifth" in warning for warning in gait.warnings)
     speed = next(p for p in gait.parameters if p.name == "speed")
     assert speed.low < np.mean([s.speed for s in analyse(MOTION).steady]) < speed.high
 

@@ -85,7 +85,7 @@ def test_what_is_wrong_is_refused_by_its_field(kind, base, wrong):
     [
         (SynthesisRequest, {"seconds": 0.01, "fps": 1.0}, "seconds · fps must be at least one frame"),
         (SynthesisRequest, {"deviations": [1.0], "scores": [1.0]}, "give either deviations or scores, not both"),
-        (LiftRequest, LIFT | {"scale": 100.0}, "scale is only for points in pixels"),
+        (LiftRequest, LIFT | {"camera": {"K": [[1.0] * 3] * 3, "t": [0.0] * 3}}, "R and t belong together"),
         (SamplesRequest, {"history": HISTORY, "start": "walk"}, "give history or start, not both"),
     ],
 )
@@ -213,11 +213,10 @@ def test_responses_are_as_their_schemas_say(tmp_path):
     told = json.loads(to_json(Session((analyse(walk),), {}, shipped_band())))
     assert json.loads(GaitReport.model_validate(told, strict=False).model_dump_json()) == told
     points = project_markers(made_markers(motionenv.load("walk/eigenwalkers"), 3.0, 30, seed=5), np.radians(40.0))
-    found = to_response(motionenv.lift(points, math.radians(40.0)))
+    found = to_response(motionenv.lift(points))
     fitted = LiftResponse(**{name: v.tolist() if isinstance(v, np.ndarray) else v for name, v in found.items()})
-    assert set(found) == set(LiftResponse.model_fields)
+    assert set(found) | {"gait"} == set(LiftResponse.model_fields)
     assert (tuple(fitted.markers), tuple(fitted.pose)) == (MARKERS, POSE)
-    assert fitted.steady.view == pytest.approx(40.0)
     assert np.shape(fitted.positions) == np.shape(fitted.band) == (90, 15, 3)
     paths = {"/v1/models": ModelList, "/v1/models/walk/fpca": ModelDescription,
              "/v1/models/walk/eigenwalkers": ModelDescription}  # fmt: skip

@@ -2,8 +2,8 @@
 How do fifteen points become a 3D walk?
 =======================================
 
-`lift` fits a walker that the prior considers likely to the 2D points, and finds the view angle with it. The input here
-is poor on purpose: 10 mm of noise, a fifth of the points missing, the right wrist never seen, and the view unknown.
+`lift` fits the postures that a network considers likely to the 2D points of all frames. The input here is poor on
+purpose: 10 mm of noise, a fifth of the points missing, the right wrist never seen, and the view unknown.
 """
 
 import numpy as np
@@ -24,13 +24,12 @@ points[:, MARKERS.index("right_wrist")] = np.nan
 lifted = lift(Points(points, 30, "m", seen.truth))
 off = lifted.positions - seen.truth.positions
 off = off - off[:, [MARKERS.index("pelvis")]]
-print(f"view angle: {np.degrees(lifted.posterior.alpha):.1f}°, in truth 40°")
 error = 1000 * np.linalg.norm(off, axis=-1).mean()
 print(f"error per joint, about the pelvis: {error:.0f} mm")
 
 # %%
-# Top: five moments of one cycle as the camera saw them, with the points in black. Middle: the same moments with depth
-# across, which the camera can't see. Bottom: the depth of five markers over time with 90 % intervals. The interval is
-# widest at the right wrist, which was never seen.
+# Top: five moments of a second as the camera saw them, with the points in black. Middle: the same moments with depth
+# across, which the camera can't see. Bottom: the depth of five markers over time with 90 % intervals. The
+# right wrist was never seen: its place is what people usually do, without an interval.
 
 figure = lifted_walk(lifted)

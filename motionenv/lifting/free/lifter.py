@@ -35,6 +35,7 @@ _FLOOR_DEVIATION = (0.005, 0.13)
 _STATURE_DEVIATION = 0.056
 #: [m] stature of whose body unit is `BODY_UNIT`, and the deviation of its logarithm for people of one stature.
 _STATURE, _PROPORTIONS_DEVIATION = 1.72, 0.02
+_SEEN_DEVIATION = 0.005  # of the logarithm of the size of somebody at a known distance
 #: Greatest surprise. People left out never exceed it as they were captured; clips of exaggerated styles do in 5 % of
 #: the frames, people who sit or cycle in 79 % and more (`motionenv bench free_walking.unlike`).
 SURPRISE = 0.17
@@ -201,7 +202,7 @@ def limb_lengths(positions: np.ndarray) -> dict[str, float]:
 def fit_freely(
     points: Points, camera: Camera | Sequence[Camera] | np.ndarray | None = None, *,
     distortion: Sequence[float] | None = None, elevation: float | None = 0.0, height: float | None = None,
-    network: PostureNetwork | None = None, settings: Settings = DEFAULTS,
+    distance: float | None = None, network: PostureNetwork | None = None, settings: Settings = DEFAULTS,
     on_progress: Callable[[float], None] | None = None,
 ) -> FreeFit:  # fmt: skip
     """Fit somebody's motion to `points` in pixels.
@@ -209,6 +210,7 @@ def fit_freely(
     Args:
         points: one person, in pixels.
         camera, distortion, elevation, height, on_progress: as in `motionenv.lift`.
+        distance: mean distance [m] of the person from the camera, if it is known.
         network: another one than the shipped one.
         settings: weights of the terms.
 
@@ -220,7 +222,7 @@ def fit_freely(
     with _libraries().limit(limits=1, user_api="blas"):  # threads would only wait for each other over small matrices
         if elevation is None and (camera is None or isinstance(camera, np.ndarray)):
             elevation = _elevation(network, points, camera, distortion)
-        return _fit(network, points, camera, distortion, elevation or 0.0, height, settings, on_progress)
+        return _fit(network, points, camera, distortion, elevation or 0.0, height, distance, settings, on_progress)
 
 
 @cache
@@ -229,7 +231,7 @@ def _libraries() -> ThreadpoolController:
 
 
 def _fit(
-    network, points: Points, camera, distortion, elevation: float, height, settings: Settings, on_progress
+    network, points: Points, camera, distortion, elevation: float, height, distance, settings: Settings, on_progress
 ) -> FreeFit:
     """The fit as labelled, or as labels are continuous: the motion decides; and as `other` the mirror image, if likely.
 
@@ -242,7 +244,7 @@ def _fit(
     def attempt(start: np.ndarray, **asked) -> FreeFit:
         fit = fit_labelled(
             network, swapped_back(points, start), camera, distortion=distortion, elevation=elevation,
-            height=height, settings=settings, **asked,
+            height=height, distance=distance, settings=settings, **asked,
         )  # fmt: skip
         return replace(fit, swapped=fit.swapped ^ start)
 
@@ -265,8 +267,8 @@ def _tell(on_progress: Callable[[float], None] | None, before: float, part: floa
 
 def fit_labelled(
     network: PostureNetwork, points: Points, camera: Any, *, distortion: Sequence[float] | None = None,
-    elevation: float = 0.0, height: float | None = None, settings: Settings = DEFAULTS, swaps: bool = True,
-    tell: Callable[[float], None] = lambda share: None,
+    elevation: float = 0.0, height: float | None = None, distance: float | None = None, settings: Settings = DEFAULTS,
+    swaps: bool = True, tell: Callable[[float], None] = lambda share: None,
 ) -> FreeFit:  # fmt: skip
     """Fit all stretches, and find the size of everything; a camera that moves does so in metres, so once more then.
 
@@ -289,7 +291,8 @@ def fit_labelled(
         for part in sections:
             fits.append(_fitted(network, rays, points, part, settings, unit, swaps))
             tell((again + len(fits) / len(sections)) / passes)
-        units = np.array([_unit(one.fit, rays, part, height) for one, part in zip(fits, sections, strict=True)])
+        size = partial(_unit, rays=rays, stature=height, distance=distance)
+        units = np.array([size(one.fit, part=part) for one, part in zip(fits, sections, strict=True)])
         precision = 1 / units[:, 1] ** 2
         unit = float(np.exp((precision * np.log(units[:, 0])).sum() / precision.sum()))
     joined = replace(_joined(fits, sections, rays, unit, float(units[:, 1].min())), height=height)
@@ -389,8 +392,13 @@ def _surprise(fit: Fit, proposal: Proposal, fps: float) -> np.ndarray:
     return ndimage.uniform_filter1d(each, max(1, min(round(fps), len(each))), mode="nearest")
 
 
-def _unit(fit: Fit, rays: Rays, part: slice, stature: float | None) -> tuple[float, float]:
-    """The body unit [m] and the deviation of its logarithm, from the floor and from the stature, or people's."""
+def _unit(
+    fit: Fit, rays: Rays, part: slice, stature: float | None, distance: float | None
+) -> tuple[float, float]:  # fmt: skip
+    """The body unit [m] and the deviation of its logarithm: by the distance, or the floor and stature, or people's."""
+    if distance is not None:
+        away = float(np.linalg.norm(fit.places[:, _M["pelvis"]], axis=-1).mean())
+        return distance / away, _SEEN_DEVIATION
     known = (np.log(BODY_UNIT * (stature or _STATURE) / _STATURE), _PROPORTIONS_DEVIATION)
     guesses = [known if stature else (known[0], _STATURE_DEVIATION)]
     height = rays.origins[part, 2].mean()
