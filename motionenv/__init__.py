@@ -35,7 +35,7 @@ _NAMES = {
     "errors": "EngineError FormatError GapError ModelError MotionError",
     "mocap": "read read_motion retarget write", "mocap.keypoints": "read_points", "body": "from_height markers",
     "cycles": "segment", "models.base": "GaitModel", "models.types": "Walker", "models.eigenwalkers": "Eigenwalkers",
-    "models.fpca": "FunctionalPCA MultilevelFPCA", "models.motion_tree": "MotionTree",
+    "models.fpca": "FunctionalPCA", "models.motion_tree": "MotionTree",
     "models.eigenwalkers.walker_prior": "WalkerPrior", "models.walking": "WalkingModel", "models.filling": "fill",
     "models.registry": "load", "models.synthesis": "synthesize", "lifting": "lift", "render": "Scene film",
     "render.cameras": "fit_view", "render.video.encode": "stream_video write_video",

@@ -21,7 +21,8 @@ import numpy as np
 from benchmarks import Arguments
 from benchmarks.captured_walks import SAME_PERSON, read_cmu
 from benchmarks.models.imputation import hide_blocks
-from motionenv import FunctionalPCA, MultilevelFPCA, segment
+from benchmarks.models.multilevel import MultilevelFPCA
+from motionenv import FunctionalPCA, segment
 from motionenv.errors import FitWarning
 from motionenv.types import Cycles
 

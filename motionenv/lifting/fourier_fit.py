@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.legendre import legvander
 from numpy.typing import ArrayLike
-from scipy.optimize import nnls
 
 from motionenv._core.representation import OneLine
 from motionenv.errors import GapError, MotionError
@@ -33,7 +32,6 @@ _DETERMINED = 0.01  # least eigenvalue of the normal equations per frame; 0.5 if
 _HUBER = 2.0  # [standard deviations] threshold of Huber's weights
 _ROUNDS = 4  # iterations of reweighting
 _MEDIAN = 1.1774  # median distance of a two-dimensional Gaussian from its centre, in standard deviations
-_SECONDS = (0.02, 1.0, 16)  # [s] correlation times to try: least, greatest, number
 _PARTS = len(PARTS)
 
 
@@ -47,7 +45,6 @@ class Series(OneLine):
         drift: (degree + 1, 2) coefficients of 1, t, t², ... [s] of the motion common to all markers, in the points'
             unit, second axis upwards; mean 0 over the frames.
         size: (3,) coefficients of 1, t, t² of the relative image size, with mean 1; (1, 0, 0) in metres.
-        covariance: (15, 5, 5) of the five coefficients of either coordinate of each marker; NaN where they are NaN.
         rms: (15,) root mean square residual of each marker over frames and both coordinates.
         explained: share of the variance about the mean posture (without drift; outliers weigh less) that it explains.
         weights: (frames, 15) in [0, 1]: below 1 for outliers, 0 where a marker is missing.
@@ -59,7 +56,6 @@ class Series(OneLine):
     cycles: float
     drift: np.ndarray
     size: np.ndarray
-    covariance: np.ndarray
     rms: np.ndarray
     explained: float
     weights: np.ndarray
@@ -70,8 +66,7 @@ class Series(OneLine):
     def __post_init__(self) -> None:
         n = len(MARKERS)
         shapes = {
-            "coefficients": (_PARTS, n, 2), "drift": (None, 2), "size": (3,), "covariance": (n, _PARTS, _PARTS),
-            "rms": (n,), "weights": (None, n),
+            "coefficients": (_PARTS, n, 2), "drift": (None, 2), "size": (3,), "rms": (n,), "weights": (None, n),
         }  # fmt: skip
         for key, shape in shapes.items():
             object.__setattr__(self, key, frozen(getattr(self, key), shape, f"Series.{key}"))
@@ -95,8 +90,7 @@ def fourier_points(points: Points, *, frequencies: Sequence[float] = (0.5, 2.0),
     """Fit the 2D Fourier series of a walk of at least 1.5 strides.
 
     The fundamental is the stride frequency, found by a scan and then refined; coefficients and drift have a closed form
-    given the frequency. Huber weights, scaled by each marker's median residual, limit the influence of outliers. For
-    the covariance, residuals are modelled as white plus exponentially correlated noise, from the autocorrelation.
+    given the frequency. Huber weights, scaled by each marker's median residual, limit the influence of outliers.
 
     Args:
         points: image points of one camera; any gaps are allowed, also missing markers.
@@ -233,7 +227,6 @@ class _Normal:
         power = np.polynomial.polynomial.polyfit(self.t, self.path @ path, self.path.shape[1])
         return Series(
             coefficients, frequency, frequency * len(self.t) / points.fps, power, size,
-            self._covariance(frequency, off),
             np.sqrt((_mean(np.nan_to_num(off) ** 2, self.seen)).mean(axis=-1)) + 0 * found[:, 0, 0],
             1 - left / total if total > 0 else 0.0, self.weights, points.unit, points.fps, points.name,
         )  # fmt: skip
@@ -246,24 +239,6 @@ class _Normal:
             raise GapError(f"{self.who} shows no marker in enough frames, at least {_LEAST} all over the stride")
         return some
 
-    def _covariance(self, frequency: float, off: np.ndarray) -> np.ndarray:
-        """Covariance (15, 5, 5) of the coefficients, from temporally correlated residuals (frames, 15, 2)."""
-        basis = columns(2 * np.pi * frequency * self.t)
-        scale = np.sqrt(_mean(np.nan_to_num(off) ** 2, self.weights).mean(axis=-1))[:, None]
-        level = np.where(self.weights > 0, self.weights, np.nan)[..., None] / np.where(scale > 0, scale, 1.0)
-        share, decay = _correlation(off * level, basis, 1 / self.t[1])
-        out = np.full((len(MARKERS), _PARTS, _PARTS), np.nan)
-        for m in np.flatnonzero(np.isfinite(off[..., 0]).any(axis=0)):
-            weighted = self.weights[:, m, None] * basis
-            bread = np.linalg.inv(basis.T @ weighted)
-            spread = _correlated(weighted, share, decay)
-            meat = weighted.T @ spread
-            # Expected residual sum of squares of unit-variance noise after the fit.
-            rest = self.weights[:, m].sum() - np.trace(bread @ meat)
-            noise = 0.5 * np.nansum(self.weights[:, m, None] * off[:, m] ** 2) / max(rest, 1.0)
-            out[m] = noise * bread @ meat @ bread
-        return out
-
 
 def _mean(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Weighted mean over frames (15, 2) of values (frames, 15, 2); 0 where all weights are 0."""
@@ -271,38 +246,3 @@ def _mean(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return np.where(weights[..., None] > 0, weights[..., None] * values, 0.0).sum(axis=0) / np.where(
         total > 0, total, 1
     )
-
-
-def _correlation(off: np.ndarray, basis: np.ndarray, fps: float) -> tuple[float, float]:
-    """Correlated fraction of the residuals (frames, 15, 2), and its decay per frame.
-
-    Fitted to the autocovariance at lags up to half a second. The model accounts for the part of white and correlated
-    noise that the fit of `basis` (frames, 5) absorbs, which is large over one or two strides.
-    """
-    q = np.linalg.qr(basis)[0]
-    lags = np.unique(np.rint(np.linspace(0, min(0.5 * fps, len(off) // 2), 20)).astype(int))
-    products = np.array([np.nanmean(off[lag:] * off[: len(off) - lag]) for lag in lags])
-    white, fits = _expected(q, 0.0, lags), []
-    for decay in np.exp(-1 / (fps * np.geomspace(*_SECONDS))):
-        (lasting, rest), left = nnls(np.column_stack([_expected(q, decay, lags), white]), products)
-        fits.append((left, lasting / max(lasting + rest, 1e-300), decay))
-    _, share, decay = min(fits)
-    return share, decay
-
-
-def _expected(q: np.ndarray, decay: float, lags: np.ndarray) -> np.ndarray:
-    """Autocovariance at `lags` of noise with correlation decay^lag, after projecting out orthonormal q (frames, n)."""
-    rq, n = _correlated(q, 1.0, decay), len(q)
-    inner = q @ (q.T @ rq)
-    pairs = lambda a, b, lag: (a[: n - lag] * b[lag:]).sum()
-    taken = [pairs(q, rq, lag) + pairs(rq, q, lag) - pairs(inner, q, lag) for lag in lags]
-    return decay**lags - np.array(taken) / (n - lags)
-
-
-def _correlated(columns_: np.ndarray, share: float, decay: float) -> np.ndarray:
-    """Multiply the correlation matrix (1 - share)·1 + share·decay^|i - j| with columns (frames, n)."""
-    from scipy.signal import lfilter  # slow to import: a fifth of the service's start-up time
-
-    ahead = lfilter([1.0], [1.0, -decay], columns_, axis=0)
-    back = lfilter([1.0], [1.0, -decay], columns_[::-1], axis=0)[::-1]
-    return (1 - share) * columns_ + share * (ahead + back - columns_)

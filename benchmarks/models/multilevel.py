@@ -13,7 +13,7 @@ from motionenv._core.principal_axes import signs
 from motionenv._core.validation import random_generator
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.fpca.model import FunctionalPCA
-from motionenv.models.fpca.variance_components import Effects, Evidence, effects, fit_covariances
+from benchmarks.models.variance_components import Effects, Evidence, effects, fit_covariances
 from motionenv.models.storage.model_file import StoredModel
 from motionenv.types import Cycles
 
@@ -35,7 +35,7 @@ class MultilevelFPCA(Estimator, StoredModel):
 
     The space of all effects is that of a `FunctionalPCA`'s components, and r its residual. In that space each level has
     a covariance, found by maximum likelihood from strides with gaps and any number of strides of each person, who count
-    as people and not as strides in the mean (`motionenv.models.fpca.variance_components`). Where every person has one
+    as people and not as strides in the mean (`benchmarks.models.variance_components`). Where every person has one
     stride, levels can't be told apart.
 
     With few people, their covariance is mostly noise: correlations of scores are shrunk to zero as far as makes people

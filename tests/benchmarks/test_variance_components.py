@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from motionenv.models.fpca.variance_components import Evidence, effects, fit_covariances
+from benchmarks.models.variance_components import Evidence, effects, fit_covariances
 
 PEOPLE, Q = np.array([0, 0, 0, 1, 1, 2, 2]), 3  # of trials
 TRIALS = np.array([0, 0, 1, 2, 2, 2, 3, 4, 5, 6, 6])  # of strides

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import motionenv
-from motionenv import MultilevelFPCA
+from benchmarks.models.multilevel import MultilevelFPCA
 from motionenv.errors import GapError, MotionError
 from motionenv.models.fpca.fourier_basis import sampled_basis
-from motionenv.models.fpca.multilevel import evidence, nest
-from motionenv.models.fpca.variance_components import effects
+from benchmarks.models.multilevel import evidence, nest
+from benchmarks.models.variance_components import effects
 from motionenv.types import Cycles
 
 P, M, Q = 32, 3, 4
