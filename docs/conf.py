@@ -20,6 +20,7 @@ from sphinx_gallery.scrapers import figure_rst
 
 import motionenv
 
+sys.path.insert(0, str(Path(__file__).parents[1]))  # examples take some models from the benchmarks
 sys.path.insert(0, str(Path(__file__).parent))
 import pages
 

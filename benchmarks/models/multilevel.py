@@ -8,12 +8,12 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from benchmarks.models.variance_components import Effects, Evidence, effects, fit_covariances
 from motionenv._core.estimator import Estimator
 from motionenv._core.principal_axes import signs
 from motionenv._core.validation import random_generator
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.fpca.model import FunctionalPCA
-from benchmarks.models.variance_components import Effects, Evidence, effects, fit_covariances
 from motionenv.models.storage.model_file import StoredModel
 from motionenv.types import Cycles
 

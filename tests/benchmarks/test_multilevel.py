@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-import motionenv
-from benchmarks.models.multilevel import MultilevelFPCA
+from benchmarks.models.multilevel import MultilevelFPCA, evidence, nest
+from benchmarks.models.variance_components import effects
 from motionenv.errors import GapError, MotionError
 from motionenv.models.fpca.fourier_basis import sampled_basis
-from benchmarks.models.multilevel import evidence, nest
-from benchmarks.models.variance_components import effects
 from motionenv.types import Cycles
 
 P, M, Q = 32, 3, 4
@@ -137,15 +135,6 @@ def test_few_people_are_shrunk_and_those_left_out_are_the_likelier_for_it():
         assert chosen.shrinkage_ == max(chosen.selection_, key=chosen.selection_.__getitem__)
         gains.append(chosen.score(unseen, subjects=whose) - raw.score(unseen, subjects=whose))
     assert np.mean(gains) > 0
-
-
-def test_a_file_holds_it(model, tmp_path):
-    model.save(tmp_path / "levels.npz")
-    again = motionenv.load(tmp_path / "levels.npz")
-    values, who, _ = made(5, np.random.default_rng(9), 2, 4)
-    assert again.score(values, subjects=who) == model.score(values, subjects=who)
-    np.testing.assert_array_equal(again.sample(2, 3, seed=1), model.sample(2, 3, seed=1))
-    assert again.levels_ == model.levels_
 
 
 def test_cycles_have_their_people_and_trials():
