@@ -7,14 +7,11 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
+from sklearn.base import BaseEstimator
 
 from benchmarks.models.variance_components import Effects, Evidence, effects, fit_covariances
-from motionenv._core.estimator import Estimator
-from motionenv._core.principal_axes import signs
-from motionenv._core.validation import random_generator
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.fpca.model import FunctionalPCA
-from motionenv.models.storage.model_file import StoredModel
 from motionenv.types import Cycles
 
 STRENGTHS = (0.0, 3.0, 10.0, 30.0, 100.0, np.inf)  # of shrinkage, to choose from
@@ -30,7 +27,7 @@ class Nesting(NamedTuple):
     levels: tuple[str, ...]
 
 
-class MultilevelFPCA(Estimator, StoredModel):
+class MultilevelFPCA(BaseEstimator):
     r"""A stride is x(τ) = μ(τ) + B_person(τ) + T_trial(τ) + W_stride(τ) + r(τ), each effect with components of its own.
 
     The space of all effects is that of a `FunctionalPCA`'s components, and r its residual. In that space each level has
@@ -62,10 +59,7 @@ class MultilevelFPCA(Estimator, StoredModel):
         selection_: log-likelihood per sample of people left out, by shrinkage, if that was chosen by it; else None.
         shrinkage_: what was used.
         n_iter_, converged_: number of iterations, and whether they reached `tol`.
-        card_: the model card.
     """
-
-    kind = "multilevel-fpca"
 
     def __init__(
         self, n_components: int | float | str = 10, n_harmonics: int = 20, residual_harmonics: int = 12,
@@ -73,7 +67,6 @@ class MultilevelFPCA(Estimator, StoredModel):
     ) -> None:  # fmt: skip
         self.n_components, self.n_harmonics, self.residual_harmonics = n_components, n_harmonics, residual_harmonics
         self.least_seen, self.shrinkage, self.tol, self.max_iter = least_seen, shrinkage, tol, max_iter
-        self.card_: dict = {}
 
     def fit(
         self, cycles: Cycles | ArrayLike, y: None = None, *, subjects: Sequence | None = None,
@@ -156,7 +149,7 @@ class MultilevelFPCA(Estimator, StoredModel):
         With `noise` they vary as what was seen; without, they are smooth walks.
         """
         self._check_fitted()
-        rng, q = random_generator(seed), self.covariances_.shape[1]
+        rng, q = np.random.default_rng(seed), self.covariances_.shape[1]
         roots = np.linalg.cholesky(self.covariances_ + 1e-12 * np.eye(q))
         upper = sum(rng.standard_normal((people, 1, q)) @ root.T for root in roots[:-1])
         drawn = self.mean_ + self.curves(upper + rng.standard_normal((people, strides, q)) @ roots[-1].T)
@@ -170,33 +163,12 @@ class MultilevelFPCA(Estimator, StoredModel):
         self._check_fitted()
         levels = dict(zip(self.levels_, self.variance_ratio_.tolist(), strict=True))
         return self.fpca_.describe() | {
-            "kind": self.kind, "card": self.card_, "levels": levels, "residuals": self.noise_ratio_, "icc": self.icc_,
-            "shrinkage": self.shrinkage_,
+            "levels": levels, "residuals": self.noise_ratio_, "icc": self.icc_, "shrinkage": self.shrinkage_,
         }  # fmt: skip
-
-    def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
-        """Arrays and JSON-serialisable settings from which `from_arrays` restores the model."""
-        self._check_fitted()
-        arrays, meta = self.fpca_.to_arrays()
-        settings = self.get_params() | ({"shrinkage": self.shrinkage_} if np.isfinite(self.shrinkage_) else {})
-        own = {"covariances": self.covariances_, "shift": self.shift_}
-        return arrays | own, {"fpca": meta, "settings": settings, "levels": self.levels_}
-
-    @classmethod
-    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict[str, Any]) -> MultilevelFPCA:
-        """As `ModelFile.from_arrays`, from `arrays` and `meta`."""
-        model = cls(**meta["settings"])
-        model.fpca_, model.levels_ = FunctionalPCA.from_arrays(arrays, meta["fpca"]), tuple(meta["levels"])
-        model.covariances_, model.shift_ = arrays["covariances"], arrays["shift"]
-        q = model.fpca_.n_components_
-        if model.covariances_.shape != (len(model.levels_), q, q) or model.shift_.shape != (q,):
-            raise ModelError(f"covariances have shape {model.covariances_.shape}: fit the model again")
-        model._set()
-        return model
 
     def _check_fitted(self) -> None:
         if not hasattr(self, "covariances_"):
-            raise ModelError("this MultilevelFPCA is not fitted: call fit(cycles) first, or motionenv.load(path)")
+            raise ModelError("this MultilevelFPCA is not fitted: call fit(cycles) first")
 
     def _loadings(self) -> np.ndarray:
         return self.fpca_.components_ * np.sqrt(self.fpca_.explained_variance_)[:, None, None]
@@ -209,8 +181,9 @@ class MultilevelFPCA(Estimator, StoredModel):
         values, axes = np.linalg.eigh(self.covariances_ * scale[:, None] * scale)
         self.explained_variance_ = np.maximum(values[:, ::-1], 0.0)
         found = np.einsum("lij,ipm->ljpm", axes[:, :, ::-1], self.fpca_.components_)
-        sign = np.stack([signs(level.reshape(len(level), -1)) for level in found])
-        self.components_ = found * sign[:, :, None, None]
+        flat = found.reshape(*found.shape[:2], -1)  # the largest entry of each is positive
+        largest = np.take_along_axis(flat, np.abs(flat).argmax(axis=-1, keepdims=True), axis=-1)
+        self.components_ = found * np.where(largest < 0, -1.0, 1.0)[..., None]
         by_level, noise = self.explained_variance_.sum(axis=1), self.fpca_._noise_total()
         self.variance_ratio_ = by_level / (by_level.sum() + noise)
         self.noise_ratio_ = float(noise / (by_level.sum() + noise))

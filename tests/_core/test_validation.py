@@ -91,7 +91,6 @@ def test_a_generator_is_taken_as_it_is():
     [
         (lambda v: automatic_start(None, [{}], n=v), "n"),
         (lambda v: automatic_start(None, [{}], candidates=v), "candidates"),
-        (lambda v: track_video("none.mp4", attempts=v), "attempts"),
         (lambda v: track_video("none.mp4", particles=v), "n"),
         (lambda v: Film("none.mp4", seconds=v), "seconds"),
         (lambda v: ParticleFilter(FPCAPrior(), None, v), "n"),

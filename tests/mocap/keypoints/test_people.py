@@ -165,7 +165,7 @@ def test_the_case_of_a_real_exchange(mocap):
     if not path.is_file():
         pytest.skip(f"no {path}")
     with pytest.warns(CaptureWarning, match="cross_switch.json: two people's identities are exchanged from frame 75"):
-        tracks, frames = read(path)
+        tracks, frames, *_ = read(path)
     assert [len(track) for track in tracks] == [frames, frames]
     for track in tracks:
         across = np.array([np.median(k[:, 0]) for k in track.values()])

@@ -49,7 +49,7 @@ def client(generated, server):
 
 
 def test_walks_and_problems_have_their_types(server, generated, client, calls):
-    from motionenv_client import models
+    models = importlib.import_module("motionenv_client.models")
 
     told = calls["synthesize_walk"].sync(client=client, body=models.SynthesisRequest(seed=3, seconds=1.0, speed=1.2))
     assert isinstance(told, models.MotionResponse)
@@ -66,7 +66,7 @@ def test_walks_and_problems_have_their_types(server, generated, client, calls):
 
 
 def test_what_is_binary_comes_as_bytes(server, generated, client, calls):
-    from motionenv_client import models
+    models = importlib.import_module("motionenv_client.models")
 
     npz = calls["get_walk"].sync(
         client=client, seed=3, seconds=1.0, deviations="[1.0, -0.5]", format_="application/x-npz"
@@ -79,7 +79,7 @@ def test_what_is_binary_comes_as_bytes(server, generated, client, calls):
 
 
 def test_a_job_goes_all_the_way(server, generated, client, calls):
-    from motionenv_client import models, types
+    models, types = (importlib.import_module(f"motionenv_client.{name}") for name in ("models", "types"))
 
     walk = server.http.post("/v1/synthesis", json={"seed": 1}, headers={"Accept": "application/x-c3d"}).content
     files = [types.File(payload=io.BytesIO(walk), file_name="walk.c3d")]
