@@ -30,15 +30,23 @@ RECORD = Path(__file__).parents[1] / "motionenv" / "_core" / "kernels.json"
 
 #: Makes the files that the tasks read.
 PREPARE = """
-import numpy as np, motionenv
+import json, numpy as np, motionenv
 from motionenv.lifting import project_markers
 from motionenv.mocap.keypoints.points2d import write_points
+from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
+from motionenv.render import render
+from motionenv.render.cameras import fit_view
 from motionenv.types import MARKERS, Markers
 walk = motionenv.synthesize("walk/fpca", seconds=4, fps=30, seed=7, speed=1.2)
 motionenv.write(walk, "walk.npz")
 points = motionenv.markers(walk.poses, walk.skeleton)
 write_points(project_markers(Markers(MARKERS, points, walk.fps), alpha=np.radians(40)), "points.csv")
-motionenv.write_video("film.mp4", motionenv.film(walk, 0.3, width=320, height=240, follow=False), walk.fps)
+camera = fit_view(points, 0.3, width=320, height=240)
+motionenv.write_video("film.mp4", (render(pose, walk.skeleton, camera).rgb for pose in walk.poses), walk.fps)
+names = [name if name in MARKERS else "head" for name in KEYPOINT_SETS["coco-17"].keypoints]
+pixels = camera.project(points)[0][:, [MARKERS.index(name) for name in names]].tolist()
+told = [{"image_id": t, "keypoints": [v for x, y in seen for v in (x, y, 0.9)]} for t, seen in enumerate(pixels)]
+open("film.json", "w").write(json.dumps(told))
 """
 
 
@@ -57,7 +65,7 @@ env.reset(seed=0)
 env.step(env.action_space.sample())
 """,
     "lift": _command("lift points.csv --out lifted.npz"),
-    "film": _command("track --video film.mp4 --out track.mp4"),
+    "film": _command("track --video film.mp4 --detections film.json --out track.mp4"),
     "render": _command("render walk.npz --out rendered.mp4"),
     "report": _command("report walk.npz --out report.html"),
     "synth": _command("synth walk/eigenwalkers --out synth.npz"),

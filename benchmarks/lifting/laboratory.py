@@ -165,7 +165,7 @@ def film(one: Walk, view: str, rng: np.random.Generator) -> tuple[Camera | list[
 
 
 def _shaken(camera: Camera, frames: int, fps: float, rng: np.random.Generator) -> list[Camera]:
-    """The camera as a hand holds it: it turns to and fro, quickly by little and slowly by more."""
+    """The camera as a hand holds it: it sways, quickly by little and slowly by more."""
     turn = np.zeros((frames, 3))
     for size, seconds in (_TREMOR, _DRIFT):
         noise = gaussian_filter1d(rng.standard_normal((frames + 200, 3)), seconds * fps / 2, axis=0)[100:-100]
