@@ -12,7 +12,8 @@ down on average: "as filmed", "steadied", and "tripod", the points of a camera t
 the vertical, "speed" is that of the pelvis over the ground [m/s].
 
 Real films are those of Pose2Sim, whose cameras stand: as they are, and as a camera would see them that turns within
-their pictures by known rotations, with boxes around what moves. Thresholds were chosen on films of CMU's walks.
+their pictures by known rotations, with boxes around what moves. Thresholds were chosen on films of CMU's walks, while
+the real films were looked at, too.
 """
 
 import tempfile

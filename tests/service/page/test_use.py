@@ -172,6 +172,7 @@ def test_a_key_that_the_browser_asks_for_opens_everything(browser, locked):
     basic = {"username": "anybody", "password": locked.key}
     keyed = tab(browser, locked.url, walking=True, http_credentials=basic)
     keyed.open("model=walk/fpca")
+    keyed.page.click("#models-section summary")
     keyed.page.click("#models label:nth-of-type(3)")
     keyed.until("motionenv.walkers[0]?.ground[0] > 0.1", 90)
     assert keyed.complaints == []

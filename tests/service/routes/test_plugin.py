@@ -52,6 +52,7 @@ def test_it_makes_motion_over_http(server):
 def test_it_moves_on_the_page(browser, server):
     page = tab(browser, server.url, walking=True).open("model=walk/fpca")
     page.until("document.querySelector('#models input[value=\"toy/bounce\"]')")
+    page.page.click("#models-section summary")
     page.page.check("#models input[value='toy/bounce']", force=True)
     page.until("motionenv.state.model === 'toy/bounce' && motionenv.walkers[0].end > 1", 60)
     assert page.ask("document.getElementById('components-section').hidden")
