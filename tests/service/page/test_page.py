@@ -51,7 +51,7 @@ def test_a_slider_moves_the_pose_as_python_says(shown, model):
     shown.open(f"model={model}")
     fitted = motionenv.load(model)
     sliders = shown.ask("document.querySelectorAll('#traits input, #components input').length")
-    assert sliders == 5 + (model != "walk/fpca") + len(fitted.components())
+    assert sliders == 6 + (model != "walk/fpca") + len(fitted.components())
     for i in range(sliders):
         value = shown.ask(_SLIDE.format(i=i))
         assert float(value) == pytest.approx(1.35, abs=0.026)

@@ -69,7 +69,7 @@ def test_a_camera_and_confidences_are_used(server):
     [
         ({"fps": 0}, "/fps"),
         ({"unit": "cm"}, "/unit"),
-        ({"elevation": 1e9}, "/elevation"),
+        ({"height": 1e9}, "/height"),
         ({"points": [[[0, 0]] * 15] * 5}, "/points"),
         ({"camera": {"K": np.eye(3).tolist(), "t": [0, 0, 0]}}, "/camera/R"),
     ],
@@ -94,7 +94,7 @@ def test_gait_is_told_if_it_is_asked_for(server):
     feet = feet_of(walk)
     ends = np.stack([getattr(feet, part)[side] for side in ("left", "right") for part in ("heel", "toe")], axis=1)
     seen = motionenv.Points(camera.project(places)[0], 30.0, "px", feet=camera.project(ends)[0])
-    body = asked(seen, method="free", feet=seen.feet.tolist(), height=1.8, gait=True)
+    body = asked(seen, feet=seen.feet.tolist(), height=1.8, gait=True)
     told = server.http.post("/v1/lift", json=body).json()["gait"]
     here = gait_of(motionenv.lift(seen, height=1.8))
     np.testing.assert_allclose(told["angles"]["left_ankle_dorsiflexion"]["degrees"], here["left_ankle_dorsiflexion"])
@@ -102,4 +102,4 @@ def test_gait_is_told_if_it_is_asked_for(server):
     assert [event["time"] for event in told["events"]] == pytest.approx([event.time for event in here.events])
     assert told["page"].startswith("<!doctype html>")
     assert server.http.post("/v1/lift", json=body | {"feet": body["feet"][:5]}).status_code == 422
-    assert server.http.post("/v1/lift", json=asked(seen, method="free")).json()["gait"] is None
+    assert server.http.post("/v1/lift", json=asked(seen)).json()["gait"] is None

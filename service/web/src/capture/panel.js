@@ -35,7 +35,7 @@ export function capturePanel(element, app) {
   const list = () => {
     queue.hidden = uploads.length < 2;
     const rows = uploads.map((upload) => {
-      const button = make("button", { type: "button", textContent: `${upload.name}: ${STATES[upload.state]}`, onclick: () => show(upload) });
+      const button = make("button", { type: "button", textContent: `${upload.label}: ${STATES[upload.state]}`, onclick: () => show(upload) });
       button.setAttribute("aria-pressed", String(report.contains(upload.element)));
       return make("li", {}, button);
     });

@@ -25,7 +25,7 @@ export class Upload {
   constructor(app, files, options, told) {
     this.element = make("div", {});
     Object.assign(this, { app, files, told, options: { ...options, listed: "false" }, state: "waiting" });
-    this.name = files.length > 1 ? `${files[0].name} and ${files.length - 1} more` : files[0].name;
+    this.label = files.length > 1 ? `${files[0].name} and ${files.length - 1} more` : files[0].name;
     this.jobs = []; // ids of all jobs of this upload
     this.shown = null; // id of the inspection of what is shown
     this.mapped = null; // { map, names }: the marker map in use, and the points of the files that it is for
