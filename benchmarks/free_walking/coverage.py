@@ -14,8 +14,8 @@ import numpy as np
 from benchmarks import Arguments, headline
 from benchmarks.free_walking import bandai, clips, left_out
 from benchmarks.lifting import laboratory
+from motionenv.lifting import BAND
 from motionenv.lifting.free.lifter import fit_freely
-from motionenv.lifting.posterior import BAND
 from motionenv.mocap import read, retarget
 from motionenv.types import MARKERS, Markers, Motion
 
