@@ -279,6 +279,8 @@ def _report(lifted) -> list[str]:
 
 def _motion(lifted) -> list[str]:
     """Directions, pace and doubtful stretches of a motion."""
+    from motionenv.lifting.pipeline import FROM_AFAR
+
     fps, size = lifted.points.fps, lifted.free.unit_deviation
     way = np.diff(lifted.positions[:, _PELVIS, :2], axis=0)
     heading = np.degrees(lifted.heading)
@@ -286,6 +288,8 @@ def _motion(lifted) -> list[str]:
         f"the body turns by {np.nanmax(heading) - np.nanmin(heading):.0f} degrees, mean speed "
         f"{np.nanmean(np.linalg.norm(way, axis=1)) * fps if len(way) else 0:.2f} m/s; all sizes ± {1.645 * size:.0%}"
     ]
+    if lifted.points.unit == "m":
+        lines.append(FROM_AFAR)
     if (other := lifted.free.other) is not None:
         lines.append(
             f"or: left and right are exchanged throughout, and the body faces another way, with probability "

@@ -169,14 +169,14 @@ def notes_of(feet: Feet, strides: tuple[Stride, ...]) -> tuple[str, ...]:
     notes = list(feet.notes)
     if len(feet.sides) < 2:
         notes.append(f"only the {'/'.join(feet.sides)} leg was captured, so there are no steps")
-    if not strides:
-        notes.append("no stride was found, so there are no step parameters")
-    elif np.isfinite(strides[0].contact):
+    if not strides:  # nor does it walk anywhere
+        return (*notes, "no stride was found, so there are no step parameters")
+    if np.isfinite(strides[0].contact):
         notes.append(
             "no foot's contact is seen twice: strides are those between other phases, and their curves, which begin at "
             "the contact in between, end with what came before it"
         )
-    if strides and all(stride.kind != "steady" for stride in strides):
+    if all(stride.kind != "steady" for stride in strides):
         notes.append("no stride is steady: the figures are of strides in which the walker turns or changes speed")
     if walks_backwards(feet):
         notes.append("the walker goes backwards, so initial contact is the toes' and toe-off the heel's")

@@ -26,7 +26,7 @@ from motionenv.gait.stretches import Stretch, find_stretches
 from motionenv.gait.strides import Stride, find_strides, mean_and_sd, normalised
 from motionenv.gait.summary import Parameter, summarise
 from motionenv.gait.trial import ANGLES, notes_of
-from motionenv.lifting.pipeline import BAND, Lifted, motion_of
+from motionenv.lifting.pipeline import BAND, FROM_AFAR, Lifted, motion_of
 from motionenv.mocap.clinical import clinical_angles
 from motionenv.mocap.clinical.gait_model import SIGN, frame
 from motionenv.mocap.clinical.progression import progression
@@ -413,8 +413,7 @@ def _warnings(lifted: Lifted, estimate: _Walk) -> tuple[str, ...]:
         "this is unlike the people learned from, so intervals don't hold": not lifted.plausible,
         f"with probability {other.probability if other else 0:.0%}, left and right are exchanged throughout, and the "
         "person faces another way": other is not None,
-        "points in metres are without perspective: ways towards the camera follow from the feet, and are too short by "
-        "about a fifth": lifted.points.unit == "m",
+        FROM_AFAR: lifted.points.unit == "m",
         f"left and right were exchanged in {swapped} frames, which was corrected": swapped > 0,
     }  # fmt: skip
     notes = [text for text, holds in said.items() if holds] + [*notes_of(estimate.feet, estimate.strides), _HIPS]

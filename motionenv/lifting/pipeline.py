@@ -27,6 +27,11 @@ _SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
 _CLOSE = 0.05  # [m]
 #: Points in metres are what a camera sees from so many times their extent, on a picture so many pixels across.
 _AFAR, _ACROSS = 15.0, 1000.0
+#: What a reader of what is lifted from them should know.
+FROM_AFAR = (
+    "points in metres are taken to be without perspective: ways towards the camera follow from the feet, and are too "
+    "short by about a fifth"
+)
 _ROUNDS = 2
 _LIFTED, _AHEAD = 0.02, 0.5  # [m], [s]
 #: Deviation of the logarithm of ways towards the camera, which are too short by a fifth for walkers of CMU.

@@ -83,9 +83,8 @@ async def answer(
         return Response(body, headers=headers, media_type=media_type)
     whole = media_type != formats.MP4 and not (media_type in _CHUNKED and asked.frames > _INLINE)
     produce = lambda gone: _chunks(make, asked, media_type, seed, gone)
-    pool = service.worker_pool
     if not getting or etag is None or request.headers.get("range", _FROM_START) == _FROM_START:
-        return ThreadedResponse(pool, produce, media_type, headers, whole=whole)
+        return ThreadedResponse(service.worker_pool, produce, media_type, headers, whole=whole)
 
     def parted(body: bytes) -> Response:
         service.parted = etag, body  # a player asks for many parts of one film
@@ -93,7 +92,7 @@ async def answer(
 
     if service.parted[0] == etag:
         return parted(service.parted[1])
-    return ThreadedResponse(pool, produce, media_type, headers, whole=True, respond=parted)
+    return ThreadedResponse(service.worker_pool, produce, media_type, headers, whole=True, respond=parted)
 
 
 def _chunks(

@@ -95,7 +95,6 @@ class FPCAPrior(SizedPrior):
         model: a `WalkingModel`, or its name or path.
         skeleton: the body; None uses the model's mean body.
         fps: frame rate [Hz].
-        backwards: whether frames come in reverse order.
         size: standard deviation of the log of the body's size relative to `skeleton`; 0 if the size is known. Adults
             have about 0.06.
 
@@ -115,7 +114,7 @@ class FPCAPrior(SizedPrior):
 
     def __init__(
         self, model: WalkingModel | str = "walk/fpca", *, skeleton: Skeleton | None = None, fps: float = 30.0,
-        backwards: bool = False, size: float = 0.0,
+        size: float = 0.0,
     ) -> None:  # fmt: skip
         model = load(model) if isinstance(model, str) else model
         if not isinstance(model, WalkingModel):
@@ -139,9 +138,9 @@ class FPCAPrior(SizedPrior):
         memories = np.array([_PACE_MEMORY, _MEMORY, _REST_MEMORY, _SIZE_MEMORY, TURN_MEMORY, _EASE_MEMORY])
         keep = np.exp(-1 / (self.fps * memories))
         wander = np.sqrt(30 / self.fps) * np.array([_JITTER, _TURNING, *_WANDER])
-        fresh, sign = np.sqrt(1 - keep**2), -1 if backwards else 1
+        fresh = np.sqrt(1 - keep**2)
         switch = 1 - np.exp(-np.array([*_TURNS, *_CHANGES]) / self.fps)
-        self._step = np.concatenate([[sign / self.fps], keep[:3], fresh[:3], wander, keep[3:], fresh[3:], switch])
+        self._step = np.concatenate([[1 / self.fps], keep[:3], fresh[:3], wander, keep[3:], fresh[3:], switch])
 
     def __repr__(self) -> str:
         size = f", size {self.size:g}" if self.size else ""
