@@ -69,6 +69,7 @@ export class App {
       const capture = state.model === name ? state.capture : null;
       this.parameters = found;
       this.stepped ||= state === this.state && state.model !== name;
+      if (this.state !== state || !this.shown) $("who").value = state.people[0].who; // of a link, for both
       this.state = state;
       state.model = name;
       for (const one of state.people) enter(one, name, found);
@@ -171,6 +172,11 @@ export class App {
   change(by) {
     this.history.remember(this.state);
     by(this.one);
+    this.apply();
+  }
+
+  /** Show the selected person as he is set now. */
+  apply() {
     if (this.guest) {
       this.invite(null);
       return;
@@ -194,7 +200,6 @@ export class App {
     $("chosen").hidden = $("names").hidden = !two;
     $("in-step").hidden = !two || streamed(this.parameters);
     for (const part of document.querySelectorAll(".of-model")) part.hidden = guest;
-    $("subject").hidden = !guest;
     if (guest) $("subject").after($("capture")); // what can be done with it, before all else
     else document.querySelector(".panel footer").before($("capture"));
     $("facts").hidden = two;
@@ -220,16 +225,20 @@ export class App {
       $("seed").value = this.one.seed; // not what somebody is typing
       numberOf($("seed"));
     }
-    $("who").value = this.one.who;
     $("together").checked = state.together;
     $("undo").disabled = !this.history.past.length;
     $("redo").disabled = !this.history.future.length;
     this.arrange();
     this.tell();
     $("about").textContent = this.parameters.about;
-    $("model-name").textContent = titleOf(state.model);
-    $("subject-title").textContent = guest ? `Your capture: ${guest.name}` : "";
-    $("subject-facts").textContent = guest?.facts() ?? "";
+    const model = titleOf(state.model);
+    const own = state.model.startsWith("fitted/") ? `Model: ${model}` : "";
+    $("model-name").textContent = model;
+    $("subject").hidden = !guest && !own;
+    $("subject-title").textContent = guest ? `Your capture: ${guest.name}` : own;
+    $("subject-facts").textContent = guest ? guest.facts() : "";
+    $("traits-hint").textContent = `0 is the average ${own ? "walk that the model learned from" : "of all people"}; most are between −2 and +2.`;
+    $("angles-span").textContent = guest ? "over the capture" : this.controls.span;
     $("captured").hidden = !guest?.points;
     $("gait").disabled = this.parameters.steerable;
     $("stimulate").disabled = streamed(this.parameters);
@@ -263,20 +272,20 @@ export class App {
   step() {
     this.history.remember(this.state, true);
     this.stepped = true;
+    this.say("");
   }
 
   /** A random walker. */
-  draw(seed) {
+  draw(seed = Math.floor(Math.random() * 1e6)) {
     this.step();
-    drawn(this.one, seed);
+    drawn(Object.assign(this.one, { who: $("who").value }), seed);
     this.anew();
   }
 
-  /** Draw from another kind of people, one of `PEOPLE`, with the same number. */
-  drawFrom(who) {
-    this.step();
-    drawn(Object.assign(this.one, { who }), this.one.seed);
-    this.anew();
+  /** Nothing of what was done is remembered, as a part of it isn't there any more. */
+  forget() {
+    this.history = new History();
+    this.refresh();
   }
 
   /** The average walker at its own speed. */
@@ -289,7 +298,7 @@ export class App {
   /** Restart the selected person; streams start again from the seed. */
   anew() {
     if (streamed(this.parameters)) this.people();
-    else this.change(() => {});
+    else this.apply();
   }
 
   /** Two walkers side by side, the second drawn at random, or one again. */
@@ -383,6 +392,12 @@ export class App {
     } catch {
       return false;
     }
+  }
+
+  /** From a capture, or a model of one's own, back to the model that everybody has. */
+  leave() {
+    if (this.guest) this.invite(null);
+    else this.load(fresh().model);
   }
 
   /** Everything works: let it be used. */

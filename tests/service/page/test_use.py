@@ -223,6 +223,7 @@ def test_a_model_is_fitted_for_who_asks_and_goes_with_the_files(shown, server, w
     shown.until("motionenv.state.model.startsWith('fitted/me-01') && motionenv.guest === null", 30)
     assert shown.ask("motionenv.walkers[0].speed") == pytest.approx(1.2, abs=0.25)
     shown.until(f"{fitted} === 1")
+    assert shown.page.text_content("#subject-title") == "Model: me-01"
     assert shown.page.is_visible("#traits")
     assert "me-01" not in server.http.get("/v1/models").text, "it is the visitor's own"
     name = shown.ask("motionenv.state.model")
@@ -230,6 +231,7 @@ def test_a_model_is_fitted_for_who_asks_and_goes_with_the_files(shown, server, w
     shown.page.click("text=Forget the files")
     shown.until("motionenv.state.model === 'walk/fpca'")
     shown.until(f"{fitted} === 0")
+    assert shown.page.is_disabled("#undo"), "who is forgotten doesn't come back"
     assert server.http.get(f"/v1/models/{name}").status_code == 404
     assert shown.complaints == []
 
@@ -268,6 +270,27 @@ def test_fields_say_what_they_take_and_replace_nothing(shown):
     assert shown.ask("document.activeElement.id") == "seconds"
     shown.page.fill("#seconds", "2.5")
     assert shown.page.locator("#wrong-seconds").count() == 0
+
+
+def test_one_undo_takes_back_one_thing(shown):
+    shown.open("model=walk/fpca")
+    slider = "document.querySelector('#traits input')"
+    shown.ask(f"{{ {slider}.value = 2; {slider}.dispatchEvent(new Event('input')); }}")
+    for button in ("#reset", "#randomise"):
+        shown.page.click(button)
+        shown.until(f"{slider}.value !== '2'")
+        shown.page.click("#undo")
+        shown.until(f"{slider}.value === '2'")
+
+
+def test_whom_to_draw_from_holds_for_both_and_draws_at_once(shown):
+    shown.open("model=walk/fpca")
+    shown.page.click("#compare")
+    shown.page.select_option("#who", "woman")
+    assert shown.ask("[motionenv.one.who, motionenv.one.drawn, motionenv.state.chosen]") == ["woman", True, 1]
+    shown.page.check("#chosen input[value='0']", force=True)
+    shown.page.click("#randomise")
+    assert shown.ask("motionenv.state.people.map((one) => one.who)") == ["woman", "woman"]
 
 
 def test_back_and_forward_go_through_what_was_seen(shown):

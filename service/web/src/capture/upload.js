@@ -76,6 +76,7 @@ export class Upload {
     await Promise.all(this.jobs.splice(0).map(removed));
     if (this.fitting.models.has(this.app.state.model)) await this.app.load("walk/fpca");
     if (this.guest && this.app.guest === this.guest) this.app.invite(null);
+    this.app.forget();
     await this.app.listModels();
     this.element.replaceChildren(make("p", { className: "hint", textContent: "Forgotten: the service has removed the files and all that was made of them." }));
     this.enter("forgotten");

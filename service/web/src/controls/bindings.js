@@ -60,14 +60,14 @@ function bindWalkers(app) {
     target.disabled = false;
   });
   on("chosen", "change", ({ target }) => app.look("chosen", Number(target.value)));
-  on("randomise", "click", () => app.draw(Math.floor(Math.random() * 1e6)));
+  on("randomise", "click", () => app.draw());
   on("seed", "change", ({ target }) => {
     const seed = numberOf(target);
     if (seed !== null) app.draw(seed);
   });
-  on("who", "change", ({ target }) => app.drawFrom(target.value));
+  on("who", "change", () => app.draw());
   on("together", "change", ({ target }) => app.look("together", target.checked));
-  on("leave", "click", () => app.invite(null));
+  on("leave", "click", () => app.leave());
   on("reset", "click", () => app.reset());
   on("compare", "click", () => app.compare());
   on("undo", "click", () => app.turnBack());

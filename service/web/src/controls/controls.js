@@ -1,12 +1,12 @@
 // The sliders of the selected walker.
 
 import { moved } from "./holding.js";
-import { Choice, Slider } from "./widgets.js";
+import { capital, Choice, Slider } from "./widgets.js";
 import { LIMIT, RANGES, settled } from "../state.js";
 
 const deviation = (value) => `${value > 0 ? "+" : value < 0 ? "−" : ""}${Math.abs(value).toFixed(2)}`;
-const WALKING = { "pace-title": "Walk", "angles-span": "over one cycle", randomise: "Random walker", reset: "Average" };
-const GROWING = { "pace-title": "Motion", "angles-span": "over the last seconds", randomise: "New motion", reset: "Reset" };
+const WALKING = { "pace-title": "Walk", randomise: "Random walker", reset: "Average" };
+const GROWING = { "pace-title": "Motion", randomise: "New motion", reset: "Reset" };
 const USUAL_BMI = 24; // [kg/m²] where the weight's slider stands until it is set
 
 const sum = (a, b) => a.reduce((total, x, k) => total + x * (b[k] ?? 0), 0);
@@ -26,6 +26,7 @@ export class Controls {
     hidden("body-section", !this.bodySliders.length);
     hidden("components-section", !this.componentsSliders.length);
     hidden("who-field", steerable);
+    this.span = steerable ? "over the last seconds" : "over one cycle"; // of the plot
     for (const [id, words] of Object.entries(steerable ? GROWING : WALKING)) document.getElementById(id).textContent = words;
   }
 
@@ -39,12 +40,13 @@ export class Controls {
     this.directions = Object.fromEntries(
       traits.map((_, i) => [`t${i}`, Array.from(arrays.traits.subarray(i * components, (i + 1) * components))]),
     );
-    return traits.map(({ name, low, high, note }, i) => this.trait(`t${i}`, capital(name), low, high, note));
+    return traits.map(({ name, low, high, note }, i) => this.trait(`t${i}`, name, low, high, note));
   }
 
   trait(id, name, low, high, note) {
-    const label = `${name}: from ${low} to ${high}, in standard deviations`;
-    const slider = new Slider({ label, low: capital(low), high: capital(high), ...this.holding(id, name) });
+    const label = `${capital(name)}: from ${low} to ${high}, in standard deviations`;
+    const ends = { low: capital(low), high: capital(high) };
+    const slider = new Slider({ label, ...ends, ...this.holding(id, `${ends.low} – ${ends.high}`) });
     slider.row.title = note;
     return slider;
   }
@@ -70,7 +72,7 @@ export class Controls {
     one.deviations = moved(one.deviations, this.directions[slider], value, others.map((other) => this.directions[other]));
     one.held = [...others, slider];
     const missed = Math.abs(value - sum(this.directions[slider], one.deviations)) > 0.05;
-    this.app.say(missed ? `“${name}” goes no further while other sliders are held. Let one of them go.` : "");
+    this.app.say(missed ? `“${name}” goes no further while other sliders are held. Open the lock beside one of them.` : "");
   }
 
   speed() {
@@ -169,5 +171,3 @@ export class Controls {
     weight.show(one.weight ?? USUAL_BMI * walker.body.height ** 2, one.weight !== null, "its own");
   }
 }
-
-const capital = (word) => word[0].toUpperCase() + word.slice(1);

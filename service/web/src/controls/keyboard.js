@@ -34,7 +34,7 @@ function needs(target, key) {
 function onPage(app, key) {
   const actions = {
     " ": () => app.pause(),
-    n: () => app.draw(Math.floor(Math.random() * 1e6)),
+    n: () => app.draw(),
     r: () => app.reset(),
     c: () => app.compare(),
   };

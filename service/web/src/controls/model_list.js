@@ -10,6 +10,7 @@ const TITLES = {
   "mixed/tree": ["Free motion", "A tree of clips, from which motion grows without end: it turns and can be steered"],
   "walk/prior": ["Points, asymmetric", "Eigenwalkers of every single walk and its mirror image: limping and other asymmetry, too"],
 };
+const SECRET = /-[0-9a-z]{24}$/; // the end of a visitor's own model's name
 const cache = new Map();
 
 /** A model's parameters, cached. */
@@ -23,7 +24,7 @@ export function parameters(name) {
 }
 
 /** What the page calls a model. */
-export const titleOf = (name) => (TITLES[name] ?? [name.replace("fitted/", "")])[0];
+export const titleOf = (name) => (TITLES[name] ?? [name.replace("fitted/", "").replace(SECRET, "")])[0];
 
 /** Fill a fieldset with a radio button for each model; `chosen(name)` is called on selection. */
 export async function listModels(fieldset, current, chosen) {

@@ -6,6 +6,8 @@ const part = (tag, properties, ...inside) => {
   return element;
 };
 
+export const capital = (word) => word[0].toUpperCase() + word.slice(1);
+
 /** Create an element with properties and children. */
 export const make = part;
 
@@ -56,7 +58,8 @@ export class Slider {
     if (!named) this.row.append(part("span", { className: "high", textContent: high }));
     this.row.append(this.input);
     if (own) {
-      this.own = part("button", { type: "button", className: "own", textContent: own, hidden: true });
+      this.own = part("button", { type: "button", className: "own", textContent: "↺", title: capital(own), hidden: true });
+      this.own.setAttribute("aria-label", `${named}: ${own}`);
       this.own.addEventListener("click", () => changed(null));
       this.row.append(this.own);
     }

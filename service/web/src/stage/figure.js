@@ -30,8 +30,8 @@ const STICK = 0.009;
 const LINE = 0.0028;
 const UP = new Vector3(0, 1, 0);
 const NOTHING = new Matrix4().makeScale(0, 0, 0); // of dots and lines that are unknown
-const LEFT = "#2c699e";
-const RIGHT = "#c2571f";
+const LEFT = "#b42318"; // as in reports
+const RIGHT = "#175cd3";
 const MIDDLE = "#8a929c";
 const SECOND = [0.76, 0.42, 0.24]; // the shirt of walker B
 
