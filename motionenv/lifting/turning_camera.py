@@ -75,13 +75,16 @@ class CameraMotion(OneLine):
             return points
         turned = Rotation.from_matrix(self.rotations)
         turned = turned * turned.mean().inv() if level else turned
-        flat = np.insert(points.positions, 2, 1.0, axis=-1) @ np.linalg.inv(self.inner).T
+        shown = points.positions if points.feet is None else np.concatenate([points.positions, points.feet], axis=1)
+        flat = np.insert(shown, 2, 1.0, axis=-1) @ np.linalg.inv(self.inner).T
         if distortion is not None:
             flat[..., :2] = undistorted(flat[..., :2], distortion)
         seen = flat @ turned.as_matrix() @ self.inner.T
         if (seen[..., 2] <= 0).any():
             raise MotionError(f"the camera turns by {self.degrees:.0f} degrees, too far for one view: cut the film")
-        return replace(points, positions=seen[..., :2] / seen[..., 2:])
+        seen = seen[..., :2] / seen[..., 2:]
+        count = points.positions.shape[1]
+        return replace(points, positions=seen[:, :count], feet=None if points.feet is None else seen[:, count:])
 
 
 def camera_motion(

@@ -109,12 +109,14 @@ def test_steadied_points_are_those_of_a_standing_camera():
     turns, rng = pan(), np.random.default_rng(4)
     world = rng.uniform([-1, -1, 4], [1, 1, 6], (FRAMES, 15, 3))
     seen = np.einsum("tab,tmb->tma", turns.as_matrix(), world) @ INNER.T
-    points = Points(seen[..., :2] / seen[..., 2:], 30, "px")
+    seen = seen[..., :2] / seen[..., 2:]
+    points = Points(seen, 30, "px", feet=seen[:, :4])
     motion = camera_motion(filmed(turns), inner=INNER)
     for level, stands in ((False, turns[0]), (True, turns.mean())):
         true = world @ stands.as_matrix().T @ INNER.T
-        found = motion.steadied(points, level=level).positions
-        assert np.abs(found - true[..., :2] / true[..., 2:]).max() < 0.5
+        steadied = motion.steadied(points, level=level)
+        assert np.abs(steadied.positions - true[..., :2] / true[..., 2:]).max() < 0.5
+        np.testing.assert_array_equal(steadied.feet, steadied.positions[:, :4])
     with pytest.raises(MotionError, match="24 frames, got 3"):
         motion.steadied(Points(points.positions[:3], 30, "px"))
 
