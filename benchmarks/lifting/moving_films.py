@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial.transform import Rotation
 
-from benchmarks.tracking.made_films import clothes
+from motionenv.body import LIMBS
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.render import render
 from motionenv.render.cameras import look_at
@@ -94,6 +94,13 @@ def moving_film(kind: str, joints: np.ndarray, rng: np.random.Generator, texture
         seen = np.where(limbs[t][..., None] > 0, colours[limbs[t]], _room(camera, walls))
         pictures[t] = np.clip(seen + _NOISE * rng.standard_normal(seen.shape), 0, 255)
     return MovingFilm(pictures, cameras, joints)
+
+
+def clothes(rng: np.random.Generator) -> np.ndarray:
+    """A colour (1 + limbs, 3) of nothing and of each limb; those of its left and its right are the same."""
+    kinds = ["", *(limb.removeprefix("left_").removeprefix("right_") for limb in LIMBS)]
+    colours = dict(zip(sorted(set(kinds)), rng.integers(0, 255, (len(set(kinds)), 3)), strict=True))
+    return np.array([colours[kind] for kind in kinds], np.float32)
 
 
 def boxes(points: np.ndarray) -> list[np.ndarray]:

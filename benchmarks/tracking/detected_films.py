@@ -2,12 +2,11 @@
 
     motionenv bench tracking.detected_films [--mocap FOLDER] [--people cmu] [--films 12]
 
-Films of 128² pixels and at most four seconds at 30 frames/s from a standing camera of known pose that sees all of a
+Films of 256² pixels and at most four seconds at 30 frames/s from a standing camera of known pose that sees all of a
 captured motion, from 1 to 14 degrees above: clothes and a textured background of random colours, noise of 6 grey
 levels, MP4 compression, and somebody else who crosses the picture in front or behind. Detections are the projections of
 both people's markers with the errors of `DetectorErrors` at its defaults; the passer-by's are in the same list, and
-nothing says who is meant, except in the rows "and a point". In that of "BlazePose", it detects people itself:
-figures of random colours without faces.
+nothing says who is meant, except in the rows "and a point". In that of "BlazePose", it detects people itself.
 
 Captured are Bandai-Namco's turns ("bandai", reported), or CMU's straight walks bent along random paths ("cmu"), on
 whose first eight films the settings of `motionenv.tracking.video.guide` were chosen.
@@ -31,7 +30,7 @@ from scipy.ndimage import gaussian_filter
 
 from benchmarks import Arguments, headline
 from benchmarks.free_walking import bandai
-from benchmarks.tracking.made_films import clothes
+from benchmarks.tracking.made_films import dressed
 from motionenv import tracking
 from motionenv.body import markers as joints_of
 from motionenv.body.fitting import fit_poses, fit_skeleton
@@ -47,7 +46,7 @@ from motionenv.render.video.encode import write_video
 from motionenv.types import MARKERS, Camera, Points
 
 WAYS = ("lift alone", "BlazePose and a point", "detections", "detections and a point")
-FPS, SIZE, MOST, CLOSE = 30.0, 128, 120, 0.15
+FPS, SIZE, MOST, CLOSE = 30.0, 256, 120, 0.15
 LEGS = [MARKERS.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("knee", "ankle")]
 SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
 PELVIS = MARKERS.index("pelvis")
@@ -55,7 +54,7 @@ PELVIS = MARKERS.index("pelvis")
 
 @dataclass(frozen=True)
 class Film:
-    """A film: its pictures (T, 128, 128, 3), camera, true joints (T, 15, 3), and the detections of both people."""
+    """A film: its pictures (T, 256, 256, 3), camera, true joints (T, 15, 3), and the detections of both people."""
 
     name: str
     pictures: np.ndarray
@@ -90,11 +89,10 @@ def film_of(name: str, joints: np.ndarray, seed: int) -> Film:
     other, other_body = _passer_by(rng, camera, len(poses))
     pictures, nearest = np.repeat(_texture(rng)[None], len(poses), axis=0), np.full((len(poses), SIZE, SIZE), np.inf)
     for some, skeleton in ((poses, body), (other, other_body)):
-        seen = render(some, skeleton, camera, rgb=False)
-        limbs = np.asarray(seen.limbs).astype(int)
-        depth = np.where(limbs > 0, np.asarray(seen.depth), np.inf)
+        seen = render(some, skeleton, camera, scene=dressed(rng))
+        depth = np.where(np.asarray(seen.limbs) > 0, np.asarray(seen.depth), np.inf)
         front = depth < nearest
-        pictures, nearest = np.where(front[..., None], clothes(rng)[limbs], pictures), np.minimum(depth, nearest)
+        pictures, nearest = np.where(front[..., None], seen.rgb, pictures), np.minimum(depth, nearest)
     noisy = pictures + 6 * rng.standard_normal(pictures.shape)
     people = [_detected(places, camera, rng) for places in (joints_of(other, other_body), joints)]
     return Film(name, np.clip(noisy, 0, 255).astype(np.uint8), camera, joints, people)
@@ -113,8 +111,8 @@ def _passer_by(rng: np.random.Generator, camera: Camera, frames: int):
 
 
 def _texture(rng: np.random.Generator) -> np.ndarray:
-    """A background (128, 128, 3) of structure at several scales."""
-    rough = sum(gaussian_filter(rng.standard_normal((SIZE, SIZE, 3)), (s, s, 0.3)) * s for s in (1.5, 4, 12, 30))
+    """A background (256, 256, 3) of structure at several scales."""
+    rough = sum(gaussian_filter(rng.standard_normal((SIZE, SIZE, 3)), (s, s, 0.3)) * s for s in (3, 8, 24, 60))
     return np.clip(rng.uniform(80, 160) + 30 * rough / rough.std(), 0, 255)
 
 

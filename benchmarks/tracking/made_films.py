@@ -1,10 +1,10 @@
 """Made-up films of a walker among other things that move, with the truth: material for `benchmarks.tracking.choosing`.
 
-A walker of random gait, heading, distance and height crosses a textured picture of 208 × 156 pixels in three seconds at
+A person of random gait, heading, distance and height crosses a textured picture of 416 × 312 pixels in three seconds at
 20 frames per second. The film's kind adds what may mislead a tracker:
 
     alone     nothing else moves
-    waving    somebody else moves arms and trunk on the spot, on the ground or on a roof
+    waving    somebody else moves arms and trunk in place, on the ground or on a roof
     walker    somebody else walks, elsewhere or in front; the person meant is given by a point
     thing     a box or ball crosses the picture
     tree      a bush sways
@@ -21,17 +21,17 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from motionenv.body import LIMBS
 from motionenv.models.synthesis import synthesize
-from motionenv.render import render
+from motionenv.render import Scene, render
 from motionenv.render.cameras import look_at
 from motionenv.render.video.encode import write_video
 from motionenv.types import Camera, Skeleton
 
-FPS, SECONDS, WIDTH, HEIGHT = 20, 3.0, 208, 156
+_UNIT = 2  # pixels; sizes of things and blur are multiples of it
+FPS, SECONDS, WIDTH, HEIGHT = 20, 3.0, 208 * _UNIT, 156 * _UNIT
 KINDS = ("waving", "walker", "alone", "thing", "waving", "tree", "nobody", "walker", "turning", "waving")
 FRAMES = round(FPS * SECONDS)
-_EDGE = 48  # pixels beyond the picture's sides that a moving camera may show
+_EDGE = 48 * _UNIT  # pixels beyond the picture's sides that a moving camera may show
 
 
 @dataclass(frozen=True)
@@ -72,9 +72,9 @@ def made_film(seed: int, kind: str | None = None) -> MadeFilm:
     """
     rng, kind = np.random.default_rng([15, seed]), kind or KINDS[seed % len(KINDS)]
     camera = _camera(rng)
-    poses, skeleton, limbs, depth = _walker(rng, camera)
+    poses, skeleton, (limbs, depth, colours) = _walker(rng, camera)
     pictures = np.repeat(_texture(rng)[None].astype(np.float32), FRAMES, axis=0)
-    scene = [] if kind == "nobody" else [(limbs, depth, clothes(rng))]
+    scene = [] if kind == "nobody" else [(limbs, depth, colours)]
     drawn = rng.choice(("waving", "thing", "tree")) if kind == "nobody" else kind
     other = _other(drawn, rng, camera)
     if other is not None:
@@ -83,7 +83,7 @@ def made_film(seed: int, kind: str | None = None) -> MadeFilm:
     owner = np.zeros(limbs.shape, dtype=int)
     for number, (labels, far, colours) in enumerate(scene, 1):
         front = (labels > 0) & (far < nearest)
-        pictures = np.where(front[..., None], colours[labels], pictures)
+        pictures = np.where(front[..., None], colours, pictures)
         nearest, owner = np.where(front, far, nearest), np.where(front, number, owner)
     whole, mine = limbs > 0, (owner == 1 if kind != "nobody" else np.zeros(limbs.shape, dtype=bool))
     for region, colour in _occluders(rng, whole) if seed // 10 % 2 else ():
@@ -104,13 +104,14 @@ def made_film(seed: int, kind: str | None = None) -> MadeFilm:
 
 
 def _walker(rng: np.random.Generator, camera: Camera):
-    """Poses, body, limbs and depth of somebody who is in the picture, with its margin, for 60 % of the film."""
+    """Poses, body and `_drawn` of somebody who is in the picture, with its margin, for 60 % of the film."""
     while True:
-        poses, skeleton = _walk(rng, camera)
-        limbs, depth = _drawn(poses, skeleton, camera)
-        inside = limbs[:, 2:-2, 2:-2] > 0
-        if (inside.sum(axis=(1, 2)) > 0.9 * np.maximum((limbs > 0).sum(axis=(1, 2)), 60)).sum() > 0.6 * FRAMES:
-            return poses, skeleton, limbs, depth
+        poses, skeleton = _walk(rng)
+        drawn = _drawn(poses, skeleton, camera, rng)
+        body = drawn[0] > 0
+        inside, least = body[:, 2:-2, 2:-2].sum(axis=(1, 2)), 60 * _UNIT**2
+        if (inside > 0.9 * np.maximum(body.sum(axis=(1, 2)), least)).sum() > 0.6 * FRAMES:
+            return poses, skeleton, drawn
 
 
 def _camera(rng: np.random.Generator) -> Camera:
@@ -129,7 +130,7 @@ def _cropped(camera: Camera) -> Camera:
     return Camera(K, camera.R, camera.t, WIDTH, HEIGHT)
 
 
-def _walk(rng: np.random.Generator, camera: Camera) -> tuple[np.ndarray, Skeleton]:
+def _walk(rng: np.random.Generator) -> tuple[np.ndarray, Skeleton]:
     """A walk of random heading, through a random point near the origin at a random moment."""
     walk = synthesize("walk/fpca", SECONDS, FPS, seed=int(rng.integers(2**31)), height=float(rng.normal(1.72, 0.08)))
     return _placed(walk.poses, rng.uniform(0, 2 * np.pi), rng.uniform(-0.7, 0.7, 2), int(rng.integers(15, 45))), (
@@ -146,34 +147,35 @@ def _placed(poses: np.ndarray, heading: float, place: np.ndarray, moment: int) -
     return poses
 
 
-def _drawn(poses: np.ndarray, skeleton: Skeleton, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
-    """Limbs and depth (T, height, width) [m]."""
-    seen = render(poses, skeleton, camera, rgb=False)
-    return np.asarray(seen.limbs).astype(int), np.where(np.asarray(seen.limbs) > 0, np.asarray(seen.depth), np.inf)
+def dressed(rng: np.random.Generator) -> Scene:
+    """A scene in which the body has random clothes, and skin from dark to light."""
+    shirt, trousers, shoes, hair = (tuple(colour) for colour in rng.uniform(0.05, 0.95, (4, 3)))
+    skin = tuple(rng.uniform(0.4, 1.0) * np.array([0.9, 0.7, 0.58]))
+    return Scene(skin=skin, shirt=shirt, trousers=trousers, shoes=shoes, hair=hair, samples=2)
 
 
-def clothes(rng: np.random.Generator) -> np.ndarray:
-    """A colour (1 + limbs, 3) of nothing and of each limb; those of its left and its right are the same."""
-    kinds = ["", *(limb.removeprefix("left_").removeprefix("right_") for limb in LIMBS)]
-    colours = dict(zip(sorted(set(kinds)), rng.integers(0, 255, (len(set(kinds)), 3)), strict=True))
-    return np.array([colours[kind] for kind in kinds], np.float32)
+def _drawn(poses: np.ndarray, skeleton: Skeleton, camera: Camera, rng: np.random.Generator):
+    """Limbs, depth [m] (T, height, width) and colours of somebody in random clothes."""
+    seen = render(poses, skeleton, camera, scene=dressed(rng))
+    limbs = np.asarray(seen.limbs).astype(int)
+    return limbs, np.where(limbs > 0, np.asarray(seen.depth), np.inf), np.asarray(seen.rgb)
 
 
 def _texture(rng: np.random.Generator) -> np.ndarray:
     """A background (height, width, 3) of structure at several scales."""
     shape = (HEIGHT + 2 * _EDGE, WIDTH + 2 * _EDGE, 3)
-    sum_ = sum(gaussian_filter(rng.standard_normal(shape), (s, s, 0.3)) * s for s in (1.5, 4, 12, 30))
+    sum_ = sum(gaussian_filter(rng.standard_normal(shape), (s, s, 0.3)) * s for s in _UNIT * np.array([1.5, 4, 12, 30]))
     return np.clip(rng.uniform(80, 160) + 30 * sum_ / sum_.std(), 0, 255)
 
 
 def _other(kind: str, rng: np.random.Generator, camera: Camera):
     """Labels, depth and colours of what else moves; None if nothing does."""
     if kind == "waving":
-        return *_drawn(*_waving(rng), camera), clothes(rng)
+        return _drawn(*_waving(rng), camera, rng)
     if kind == "walker":
-        poses, skeleton = _walk(rng, camera)
+        poses, skeleton = _walk(rng)
         poses[:, 1] += rng.choice([-1.2, 1.5, 2.5])
-        return *_drawn(poses, skeleton, camera), clothes(rng)
+        return _drawn(poses, skeleton, camera, rng)
     if kind == "thing":
         return _thing(rng)
     if kind == "tree":
@@ -207,24 +209,25 @@ def _grid() -> tuple[np.ndarray, np.ndarray]:
 def _thing(rng: np.random.Generator):
     """A box (car, parcel) or ball that crosses the picture."""
     rows, columns = _grid()
-    high, wide = rng.uniform(12, 40), rng.uniform(14, 70)
-    speed = rng.choice([-1, 1]) * rng.uniform(30, 110) / FPS
+    high, wide = _UNIT * rng.uniform(12, 40), _UNIT * rng.uniform(14, 70)
+    speed = rng.choice([-1, 1]) * _UNIT * rng.uniform(30, 110) / FPS
     across = _EDGE + WIDTH / 2 + speed * (np.arange(FRAMES) - FRAMES / 2)
-    down = _EDGE + rng.uniform(50, HEIGHT - 20) + rng.uniform(0, 20) * np.abs(np.sin(np.arange(FRAMES) / 4))
+    bounce = _UNIT * rng.uniform(0, 20) * np.abs(np.sin(np.arange(FRAMES) / 4))
+    down = _EDGE + rng.uniform(0.32, 0.87) * HEIGHT + bounce
     u, v = (columns - across[:, None, None]) / wide * 2, (rows - down[:, None, None]) / high * 2
     inside = (u**2 + v**2 < 1) if rng.random() < 0.5 else (np.abs(u) < 1) & (np.abs(v) < 1)
-    return inside.astype(int), np.where(inside, rng.choice([3.0, 30.0]), np.inf), rng.integers(0, 255, (2, 3))
+    return inside.astype(int), np.where(inside, rng.choice([3.0, 30.0]), np.inf), rng.integers(0, 255, 3)
 
 
 def _tree(rng: np.random.Generator):
     """A bush whose outline sways about its root."""
     rows, columns = _grid()
-    high, wide = rng.uniform(40, 110), rng.uniform(8, 22)
-    root, at = _EDGE + HEIGHT - rng.uniform(5, 60), _EDGE + rng.choice([0.12, 0.88]) * WIDTH
-    sway = rng.uniform(4, 14) * np.sin(2 * np.pi * rng.uniform(0.3, 1.2) * np.arange(FRAMES) / FPS)
+    high, wide = _UNIT * rng.uniform(40, 110), _UNIT * rng.uniform(8, 22)
+    root, at = _EDGE + HEIGHT - _UNIT * rng.uniform(5, 60), _EDGE + rng.choice([0.12, 0.88]) * WIDTH
+    sway = _UNIT * rng.uniform(4, 14) * np.sin(2 * np.pi * rng.uniform(0.3, 1.2) * np.arange(FRAMES) / FPS)
     up = (root - rows) / high
     inside = (np.abs(columns - at - sway[:, None, None] * up**2) < wide * (1.2 - up)) & (up > 0) & (up < 1)
-    return inside.astype(int), np.where(inside, 30.0, np.inf), rng.integers(0, 255, (2, 3))
+    return inside.astype(int), np.where(inside, 30.0, np.inf), rng.integers(0, 255, 3)
 
 
 def _occluders(rng: np.random.Generator, whole: np.ndarray):
@@ -244,11 +247,12 @@ def _random_occluders(rng: np.random.Generator):
     rows, columns = _grid()
     for _ in range(rng.integers(1, 4)):
         if rng.random() < 0.6:
-            at, half = _EDGE + rng.uniform(0.15, 0.85) * WIDTH, rng.uniform(2, 14)
+            at, half = _EDGE + rng.uniform(0.15, 0.85) * WIDTH, _UNIT * rng.uniform(2, 14)
             region = np.abs(columns - at) < half
         else:
-            at, half = _EDGE + rng.uniform(0.2, 0.8) * WIDTH, rng.uniform(10, 40)
-            region = (np.abs(columns - at) < half) & (np.abs(rows - _EDGE - rng.uniform(105, 145)) < rng.uniform(5, 14))
+            at, half = _EDGE + rng.uniform(0.2, 0.8) * WIDTH, _UNIT * rng.uniform(10, 40)
+            down = _EDGE + _UNIT * rng.uniform(105, 145)
+            region = (np.abs(columns - at) < half) & (np.abs(rows - down) < _UNIT * rng.uniform(5, 14))
         yield region, rng.integers(0, 255, 3)
 
 
@@ -258,12 +262,12 @@ def _turned(pictures: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     time, how = np.arange(FRAMES) / FRAMES - 0.5, rng.choice(["pan", "zoom", "shake"])
     shift, zoom = np.zeros((FRAMES, 2)), np.ones(FRAMES)
     if how == "pan":
-        shift = time[:, None] * [rng.uniform(-15, 15), rng.choice([-1, 1]) * rng.uniform(25, 80)]
+        shift = _UNIT * time[:, None] * [rng.uniform(-15, 15), rng.choice([-1, 1]) * rng.uniform(25, 80)]
     elif how == "zoom":
         zoom = 1 + rng.choice([-1, 1]) * rng.uniform(0.15, 0.35) * time
     else:
         shift = gaussian_filter(rng.standard_normal((FRAMES, 2)), (4, 0))
-        shift *= rng.uniform(3, 8) / shift.std()
+        shift *= _UNIT * rng.uniform(3, 8) / shift.std()
     middle = np.array(rows.shape)[:, None, None] / 2
     turned = np.empty_like(pictures)
     for i, picture in enumerate(pictures):
