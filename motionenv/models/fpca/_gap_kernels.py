@@ -45,6 +45,28 @@ def observe(start, stop, values, groups, centre, y, square, n_runs, runs, found)
     return found
 
 
+@kernel
+def summarise(values, seen, ends, means, steps):
+    """Counts `seen` (P, m), lows and highs `ends` (2, m), `means` and largest `steps` (K, m) of cycles (K, P, m)."""
+    cycles, p, m = values.shape
+    counts = np.empty(m)
+    for k in range(cycles):
+        counts[:] = 0
+        for j in range(p):
+            for a in range(m):
+                x = values[k, j, a]
+                if x == x:
+                    seen[j, a] += 1
+                    counts[a] += 1
+                    means[k, a] += x
+                    ends[0, a], ends[1, a] = min(ends[0, a], x), max(ends[1, a], x)
+                    if j:
+                        step = abs(x - values[k, j - 1, a])
+                        if step > steps[k, a]:  # never beside a gap
+                            steps[k, a] = step
+        means[k] /= np.maximum(counts, 1)
+
+
 @sums
 def project(rows, y, out):
     """Products out (n, c) of a few basis functions `rows` (n, P) with y (P, c), four by four samples at a time.

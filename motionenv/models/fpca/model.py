@@ -24,7 +24,7 @@ from motionenv.models.fpca.fourier_basis import fourier_columns, sampled_basis
 from motionenv.models.fpca.gaussian import Gaussian, residual_model
 from motionenv.models.fpca.mean_band import mean_band
 from motionenv.models.fpca.observations import Observations
-from motionenv.models.fpca.screening import pseudo_values, screen, unwrapped
+from motionenv.models.fpca.screening import pseudo_values, screen, summarised, unwrapped
 from motionenv.models.fpca.selection import Curve, choose_by_likelihood, choose_by_share
 from motionenv.models.fpca.svd_fit import fit_svd
 from motionenv.models.storage.model_file import StoredModel
@@ -577,12 +577,12 @@ def _half_width(level: float) -> float:
 
 def _check_values(given: Given):
     """Check that values are finite, that each channel is observed, and that something varies."""
-    if np.isinf(given.values).any():
-        raise MotionError("cycles hold infinite values: mark missing samples with NaN")
-    seen = np.isfinite(given.values).any(axis=(0, 1))
-    if empty := [c for c, some in zip(given.channels, seen, strict=True) if not some]:
+    found = summarised(given.values)
+    if empty := [c for c, some in zip(given.channels, found.seen.any(axis=0), strict=True) if not some]:
         raise GapError(f"no samples of {', '.join(empty)}: leave them out with channels=")
-    if not (np.fmax.reduce(given.values, axis=(0, 1)) > np.fmin.reduce(given.values, axis=(0, 1))).any():
+    if np.isinf([found.low, found.high]).any():
+        raise MotionError("cycles hold infinite values: mark missing samples with NaN")
+    if not (found.high > found.low).any():
         raise MotionError("these cycles are constant, so they have no components: check the data")
 
 

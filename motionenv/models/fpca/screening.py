@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from motionenv._core.representation import counted
+from motionenv._core.threads import in_chunks
 from motionenv.cycles.spikes import NORMAL, spikes
 
 if TYPE_CHECKING:
@@ -24,16 +25,42 @@ ROUNDS = 20
 STEADY = 1e-3  # change of pseudo-values, in deviations, at which rounds end
 
 
+class Summary(NamedTuple):
+    """Of cycles (K, P, m) without their gaps: numbers of cycles that show a phase (P, m), lows and highs (m,), and each
+    cycle's means and largest steps between neighbours (K, m)."""
+
+    seen: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    means: np.ndarray
+    steps: np.ndarray
+
+
+def summarised(values: np.ndarray) -> Summary:
+    """The summary of cycles (K, P, m)."""
+    from motionenv.models.fpca._gap_kernels import summarise
+
+    k, p, m = values.shape
+    means, steps = np.zeros((2, k, m))
+
+    def some(start: int, stop: int) -> tuple:
+        seen, ends = np.zeros((p, m), dtype=np.int64), np.array([[np.inf], [-np.inf]]).repeat(m, axis=1)
+        summarise(values[start:stop], seen, ends, means[start:stop], steps[start:stop])
+        return seen, *ends
+
+    seen, low, high = map(np.stack, zip(*in_chunks(some, k), strict=True))
+    return Summary(seen.sum(axis=0), low.min(axis=0), high.max(axis=0), means, steps)
+
+
 def screen(model: FunctionalPCA, values: np.ndarray, people: Sequence[str]) -> Iterator[str]:
     """What doesn't suit a fitted `model` in its cycles `values` (K, P, m), in words."""
-    steps = np.fmax.reduce(np.abs(np.diff(values, axis=1)), axis=1, initial=0.0)  # (K, m), the largest
-    wrapped = [] if model.unwrap else list(_wrapped(values, steps, model.channels_))
+    found = summarised(values)
+    wrapped = [] if model.unwrap else list(_wrapped(values, found, model.channels_))
     yield from wrapped
     if not (model.robust or wrapped):  # a jump by a turn is a spike, too
-        yield from _spikes(values, steps, model.channels_)
-    yield from _hardly_seen(np.isfinite(values).mean(axis=0), model.channels_)
-    low, high = (reduce(values, axis=(0, 1)) for reduce in (np.fmin.reduce, np.fmax.reduce))
-    if still := [c for c, same in zip(model.channels_, low == high, strict=True) if same]:
+        yield from _spikes(values, found.steps, model.channels_)
+    yield from _hardly_seen(found.seen / len(values), model.channels_)
+    if still := [c for c, same in zip(model.channels_, found.low == found.high, strict=True) if same]:
         yield f"{', '.join(still)} never changes: leave it out with channels="
     if model.centre == "subject":
         labels, counts = np.unique(people, return_counts=True)
@@ -71,9 +98,8 @@ def median_cycle(x: np.ndarray) -> np.ndarray:
     return found
 
 
-def _wrapped(values: np.ndarray, steps: np.ndarray, channels: Sequence[str]) -> Iterator[str]:
-    means = np.nansum(values, axis=1) / np.maximum(np.isfinite(values).sum(axis=1), 1)
-    largest = np.maximum(steps.max(axis=0), np.ptp(means, axis=0))
+def _wrapped(values: np.ndarray, found: Summary, channels: Sequence[str]) -> Iterator[str]:
+    largest = np.maximum(found.steps.max(axis=0), np.ptp(found.means, axis=0))
     for a in np.flatnonzero(largest > np.pi).tolist():
         name, x = channels[a], values[..., a]
         if _typical(unwrapped(x[:: max(1, len(x) // ENOUGH), :, None])[..., 0]) >= NARROW:
