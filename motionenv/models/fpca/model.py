@@ -578,7 +578,7 @@ def _half_width(level: float) -> float:
 def _check_values(given: Given):
     """Check that values are finite, that each channel is observed, and that something varies."""
     found = summarised(given.values)
-    if empty := [c for c, some in zip(given.channels, found.seen.any(axis=0), strict=True) if not some]:
+    if empty := [c for c, some in zip(given.channels, found.seen.sum(axis=0), strict=True) if not some]:
         raise GapError(f"no samples of {', '.join(empty)}: leave them out with channels=")
     if np.isinf([found.low, found.high]).any():
         raise MotionError("cycles hold infinite values: mark missing samples with NaN")

@@ -26,14 +26,13 @@ STEADY = 1e-3  # change of pseudo-values, in deviations, at which rounds end
 
 
 class Summary(NamedTuple):
-    """Of cycles (K, P, m) without their gaps: numbers of cycles that show a phase (P, m), lows and highs (m,), and each
-    cycle's means and largest steps between neighbours (K, m)."""
+    """What cycles (K, P, m) are like without their gaps."""
 
-    seen: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    means: np.ndarray
-    steps: np.ndarray
+    seen: np.ndarray  # (P, m) numbers of cycles that show a phase
+    low: np.ndarray  # (m,)
+    high: np.ndarray  # (m,)
+    means: np.ndarray  # (K, m) of each cycle
+    steps: np.ndarray  # (K, m) the largest between neighbours
 
 
 def summarised(values: np.ndarray) -> Summary:
