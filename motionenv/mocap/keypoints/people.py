@@ -27,6 +27,7 @@ _RECENT = 0.3  # weight of the last step in the velocity of a track, and of the 
 _RIVAL = 0.25  # length times size of another track, relative to the longest, from which the choice is ambiguous
 _AROUND = 6  # frames before and after a break
 _BREAK, _SMOOTHER = 0.15, 0.5  # least break of a track [sizes], and most of what is left of it when exchanged
+_ELSE, _MOVED = 0.7, 0.08  # distance of looks, and step [sizes], beyond both of which a detection is somebody else
 _JUMP = 0.5  # step from a frame to the next, relative to the person's size, that nobody makes
 
 
@@ -129,7 +130,8 @@ class _Walker:
             return np.inf
         if self.look is None or look is None:
             return apart
-        return apart + float(np.sqrt(max(0.0, 1 - np.sqrt(self.look * look).sum())))  # Hellinger's distance
+        unlike = float(np.sqrt(max(0.0, 1 - np.sqrt(self.look * look).sum())))  # Hellinger's distance
+        return np.inf if unlike > _ELSE and apart > _MOVED else apart + unlike
 
     def goes_on(self, frame: int, keypoints: np.ndarray, look: np.ndarray | None) -> None:
         """Add a detection."""

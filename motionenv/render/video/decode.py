@@ -75,6 +75,11 @@ def narrowed(picture: np.ndarray, width: int) -> np.ndarray:
     return _rgb(av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24"), width)
 
 
+def rows_at(columns: int, height: int, width: int) -> int:
+    """Rows of a picture of `height` × `width` pixels that is scaled to so many columns."""
+    return max(1, round(height * columns / width))
+
+
 def _read(path: Path, fps: float | None, width: int | None, seconds: float) -> Iterator:
     began: float | None = None
     last: tuple[float, av.VideoFrame] | None = None
@@ -140,7 +145,7 @@ def _rgb(picture: av.VideoFrame, width: int | None) -> np.ndarray:
     """The frame as uint8 (height, width, 3), upright and scaled to `width`."""
     height, full = _upright_size(picture)
     columns = full if width is None else int(width)
-    rows = max(1, round(height * columns / full))
+    rows = rows_at(columns, height, full)
     turns = picture.rotation // 90
     size = (rows, columns) if turns % 2 else (columns, rows)
     rgb = picture.reformat(width=size[0], height=size[1], format="rgb24", interpolation="AREA").to_ndarray()

@@ -13,7 +13,7 @@ from motionenv.lifting import camera_motion
 from motionenv.likelihoods.background import picture
 from motionenv.mocap.keypoints.detector import detect_people, detector
 from motionenv.mocap.keypoints.points2d import points_of, read_people
-from motionenv.render.video.decode import VideoInfo, narrowed, read_frames, video_info
+from motionenv.render.video.decode import VideoInfo, narrowed, read_frames, rows_at, video_info
 from motionenv.tracking.video.candidates import Candidate, areas, candidates, common_areas
 from motionenv.tracking.video.detection import resized
 from motionenv.tracking.video.foreground import FilmBackground
@@ -176,7 +176,7 @@ def look(at: Survey, who: Candidate, frames: slice, whole: Camera) -> Look:
     most = np.sqrt(_MOST_PIXELS / (len(boxes) * np.prod(high - low)))
     width = max(16, round(info.width * min(1.0, _TALL / who.height, most)))
     scale = width / info.width
-    size = (width, max(1, round(info.height * scale)))
+    size = (width, rows_at(width, info.height, info.width))
     corner, end = np.floor(low * scale).astype(int), np.minimum(np.ceil(high * scale).astype(int), size)
     cut = (slice(corner[1], end[1]), slice(corner[0], end[0]))
     pictures = [f[cut] for f in at.film.frames(at.fps, width)]

@@ -160,6 +160,20 @@ def test_colours_tell_who_is_who_where_motion_can_not():
             assert (went == came) != exchanged
 
 
+def test_nobody_becomes_somebody_in_other_clothes_who_walks_by():
+    """One disappears behind another, who is seen from then on; he comes back where he went in."""
+    red, blue, one = np.eye(4)[0], np.eye(4)[1], walker(frames=1)[0]
+    size = np.ptp(one[:, :2], axis=0).max()
+    beside = one + 0.15 * size * np.eye(3)[0]
+    found = [(n, one, None) for n in range(20)] + [(n, beside, None) for n in range(20, 35)]
+    found += [(n, one, None) for n in range(35, 50)]
+    looks = [red] * 20 + [blue] * 15 + [red] * 15
+    tracks = followed("a.json", found, looks)
+    assert [list(track) for track in tracks] == [[*range(20), *range(35, 50)], [*range(20, 35)]]
+    (alone,) = followed("a.json", [(n, one, None) for n in range(50)], looks)  # into the shade and out again
+    assert len(alone) == 50
+
+
 def test_the_case_of_a_real_exchange(mocap):
     path = mocap.parent / "cases/vision/cross_switch.json"
     if not path.is_file():

@@ -7,6 +7,8 @@ import pytest
 
 from motionenv.body import markers
 from motionenv.errors import MotionError
+from motionenv.render.cameras import view
+from motionenv.render.video.encode import write_video
 from motionenv.tracking.video.candidates import chosen
 from motionenv.tracking.video.survey import Film, look, survey
 from motionenv.types import Points
@@ -41,6 +43,18 @@ def test_outlines_of_others_are_left_out(crossing):
     assert not alone.merged.any()
     assert (both.foreground <= alone.foreground).all()
     assert (both.foreground < alone.foreground).any()
+
+
+def test_a_second_look_fits_pictures_whose_height_rounds_from_a_half(tmp_path):
+    """416 × 312 pixels become 254 × 190.5 and the like."""
+    rng = np.random.default_rng(3)
+    write_video(tmp_path / "film.mp4", rng.integers(90, 110, (24, 312, 416, 3), np.uint8), 30)
+    body = np.repeat(rng.uniform([180, 100], [230, 200], (1, 15, 2)), 24, axis=0)
+    seen = survey(Film(tmp_path / "film.mp4", detections=Points(body, 30, "px")))
+    for top in np.linspace(163.4, 163.8, 5):
+        taller = replace(seen.found[0], boxes=np.repeat([[178.0, 232.0, top, 310.0]], 24, axis=0))
+        close = look(seen, taller, slice(0, 24), view(0.0, width=416, height=312))
+        assert close.foreground.shape[1:] == (close.camera.height, close.camera.width)
 
 
 @pytest.mark.parametrize(
