@@ -2,12 +2,13 @@
 
     motionenv bench tracking.choosing --first 2000 --films 60
 
-The films are those of `benchmarks/tracking/made_films.py`; films 2000 to 2059 are reported. The verdict's threshold was
-chosen on films 1000 to 1119, with an earlier tracker. Nothing but the film is given, except for films with two walkers:
-there, a point on the one that is meant, in the middle of the time it's visible.
+The films are those of `benchmarks/tracking/made_films.py`, and people in them are detected by BlazePose; films 2000 to
+2059 are reported. The verdict's threshold was chosen on films 1000 to 1119, with an earlier tracker. Nothing but the
+film is given, except for films with two walkers: there, a point on the one that is meant, in the middle of the time
+it's visible.
 
 The choice is right if the chosen person's box overlaps the true one (intersection over union above 0.5 in the median
-frame); where nobody walks or the camera moves, if the film is refused. A frame declared followed is false if the
+frame); where nobody is or the camera moves, if the film is refused. A frame declared followed is false if the
 figure's silhouette overlaps the whole walker's (as if nothing hid it) by less than 0.4, or if its joints are off by
 more than 0.12 of the walker's height in the picture, left and right exchanged if that is better. All other frames
 with a figure, followed or lost, are good.

@@ -8,7 +8,7 @@ A person of random gait, heading, distance and height crosses a textured picture
     walker    somebody else walks, elsewhere or in front; the person meant is given by a point
     thing     a box or ball crosses the picture
     tree      a bush sways
-    nobody    one of these, but nobody walks
+    nobody    a thing or a tree, and no person
     turning   the camera pans, tilts, zooms or shakes by hand
 
 Half of the films have one to three occluders, which leave the walker clear in at least 40 % of the frames. All have
@@ -75,7 +75,7 @@ def made_film(seed: int, kind: str | None = None) -> MadeFilm:
     poses, skeleton, (limbs, depth, colours) = _walker(rng, camera)
     pictures = np.repeat(_texture(rng)[None].astype(np.float32), FRAMES, axis=0)
     scene = [] if kind == "nobody" else [(limbs, depth, colours)]
-    drawn = rng.choice(("waving", "thing", "tree")) if kind == "nobody" else kind
+    drawn = rng.choice(("thing", "tree")) if kind == "nobody" else kind
     other = _other(drawn, rng, camera)
     if other is not None:
         scene.append(other)
