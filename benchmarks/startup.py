@@ -113,7 +113,8 @@ def record_all() -> None:
         prepare(folder)
         for task, script in TASKS.items():
             environment = os.environ | empty_caches(folder, task)
-            command = [sys.executable, "-m", "motionenv._core.precompilation", "--record", "made.json", script]
+            environment |= {"PYTHONPATH": str(RECORD.parents[2])}
+            command = [sys.executable, "-m", "benchmarks.recording", "made.json", script]
             subprocess.run(command, cwd=folder, env=environment, check=True)
             for kernel, types, seconds in json.loads((folder / "made.json").read_text()):
                 rows.setdefault(f"{kernel}{types}", [kernel, types, seconds, []])[3].append(task)

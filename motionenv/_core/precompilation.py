@@ -33,7 +33,7 @@ _POLL = 0.2  # [s] between looks at what is compiled
 
 
 class Recorded(NamedTuple):
-    """A kernel (`module:name`), the types of its arguments (see `encoded`), its CPU time [s], and tasks."""
+    """A kernel (`module:name`), the types of its arguments (see `decoded`), its CPU time [s], and tasks."""
 
     kernel: str
     types: list
@@ -54,29 +54,12 @@ class Recorded(NamedTuple):
         kernel.compile(types)
 
 
-def encoded(numba_type: Any) -> Any:
-    """A type as JSON.
+def decoded(code: Any) -> Any:
+    """A numba type as JSON has it.
 
     It is a name; ["array", type, dimensions, layout, writable]; ["record", [field, dtype] ...]; or [tuple's class or
     "", types ...].
     """
-    from numba import types
-    from numba.np.numpy_support import as_dtype
-
-    if isinstance(numba_type, types.Array):
-        return ["array", encoded(numba_type.dtype), numba_type.ndim, numba_type.layout, numba_type.mutable]
-    if isinstance(numba_type, types.Record):
-        return ["record", *map(list, as_dtype(numba_type).descr)]
-    if isinstance(numba_type, types.BaseTuple):
-        made = numba_type.instance_class if isinstance(numba_type, types.NamedTuple | types.NamedUniTuple) else None
-        name = f"{made.__module__}:{made.__qualname__}" if made else ""
-        elements: Any = numba_type
-        return [name, *map(encoded, elements)]
-    return str(numba_type)
-
-
-def decoded(code: Any) -> Any:
-    """The numba type of `encoded`."""
     from numba import from_dtype, types
 
     if isinstance(code, str):
@@ -191,36 +174,8 @@ def _end_with_parent() -> None:
     os._exit(0)
 
 
-def record(script: str, out: str) -> None:
-    """Run a script, and write to `out` which kernels are compiled for its calls, with types and CPU times [s]."""
-    from numba.core import event
-
-    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # on one core `precompile` does nothing
-    stack: list[float] = []
-    found: list[tuple[str, list, float]] = []
-
-    class Listener(event.Listener):
-        """Notes what is compiled, but not what is compiled as a part of it."""
-
-        def on_start(self, event: Any) -> None:
-            stack.append(time.process_time())
-
-        def on_end(self, event: Any) -> None:
-            seconds = round(time.process_time() - stack.pop(), 2)
-            if not stack:
-                function, types = event.data["dispatcher"].py_func, event.data["args"]
-                found.append((f"{function.__module__}:{function.__qualname__}", list(map(encoded, types)), seconds))
-
-    event.register("numba:compile", Listener())
-    exec(script, {})
-    Path(out).write_text(json.dumps(found))
-
-
 def main() -> None:
-    """Compile kernels of the tasks that the arguments name; or `record`, with --record OUT SCRIPT."""
-    if sys.argv[1] == "--record":
-        record(sys.argv[3], sys.argv[2])
-        return
+    """Compile kernels of the tasks that the arguments name."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent
     threading.Thread(target=_end_with_parent, daemon=True).start()
     compilation.logger.setLevel(logging.ERROR)  # the parent says what is compiled

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from numba import float64, typeof
 
+from benchmarks.recording import encoded
 from benchmarks.startup import TASKS, prepare
 from motionenv._core import compilation, precompilation
 from motionenv._core.compilation import kernel
@@ -76,7 +77,7 @@ def test_each_recorded_kernel_exists(each):
     found, types = each.load()
     assert isinstance(found, compilation._Kernel)
     assert len(types) == len(inspect.signature(found.py_func).parameters)
-    assert [precompilation.encoded(one) for one in types] == each.types
+    assert [encoded(one) for one in types] == each.types
 
 
 def test_every_task_is_recorded():
@@ -108,7 +109,7 @@ def test_the_record_is_complete(tmp_path):
     ids=repr,
 )  # fmt: skip
 def test_types_survive_encoding(value):
-    assert precompilation.decoded(precompilation.encoded(typeof(value))) == typeof(value)
+    assert precompilation.decoded(encoded(typeof(value))) == typeof(value)
 
 
 def test_helpers_are_started_for_what_is_not_compiled(started):
