@@ -52,7 +52,7 @@ def test_a_seed_draws_the_walker_and_without_any_it_is_the_average(server):
 
 
 def test_the_weight_is_that_of_the_body(server):
-    """Asked for again, the weight that was told makes the same body; without it, somebody of another height has the build."""
+    """Asked for, the weight that was told makes the same body; without it, another height keeps the build."""
     drawn = post(server, seed=7, person="woman").json()
     again = post(server, seed=7, person="woman", weight=drawn["weight"]).json()
     np.testing.assert_allclose(again["radii"], drawn["radii"], rtol=1e-9)
