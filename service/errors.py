@@ -148,7 +148,7 @@ def install(app: Starlette) -> None:
 
 def _answer(request: Request, status: int, detail: str, **more: Any) -> Response:
     if request.method == "GET" and request.headers.get("accept", "").startswith("text/html"):  # somebody looks at it
-        page = _PAGE.format(HTTPStatus(status).phrase, escape(detail[0].upper() + detail[1:]))
+        page = _PAGE.format(told(status, detail)["title"], escape(detail[:1].upper() + detail[1:].partition(":")[0]))
         return Response(page, status, {**(more.get("headers") or {}), **_PAGE_HEADERS}, "text/html")
     return problem_response(status, detail, request_id=request.scope.get("request_id"), **more)
 

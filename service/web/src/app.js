@@ -239,7 +239,7 @@ export class App {
     $("model-name").textContent = model;
     $("subject").hidden = !guest && !own;
     $("subject-title").textContent = guest ? `Your capture: ${guest.name}` : own;
-    $("subject-facts").textContent = guest ? guest.facts() : "";
+    $("subject-facts").textContent = guest ? guest.facts() : this.controls.learned;
     $("traits-hint").textContent = `0 is the average ${own ? "walk that the model learned from" : "of all people"}; most are between −2 and +2.`;
     $("angles-span").textContent = guest ? "over the capture" : this.controls.span;
     $("captured").hidden = !guest?.points;

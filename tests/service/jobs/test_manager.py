@@ -78,7 +78,7 @@ def test_files_of_a_job_are_placed_with_it_and_go_with_it(tmp_path):
             assert manager.get(job.id, EVERYTHING).status == "cancelled"
             manager.remove(manager.get(job.id, EVERYTHING))
             assert manager.file_store.all() == left
-        with pytest.raises(Problem, match="there is no such job, or it was forgotten: GET /v1/jobs lists") as missing:
+        with pytest.raises(Problem, match="were forgotten, or never were: GET /v1/jobs lists") as missing:
             manager.get(first.id, EVERYTHING)
         assert missing.value.status_code == 404
 

@@ -36,7 +36,7 @@ def test_a_forgotten_report_is_told_in_words_to_who_looks_at_it(job_server, walk
     looked = job_server.http.get(path, headers={"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"})
     assert (looked.status_code, looked.headers["Vary"]) == (404, "Accept")
     assert looked.headers["Content-Type"].startswith("text/html")
-    assert "it was forgotten" in looked.text
+    assert "were forgotten" in looked.text
     assert '<a href="/">' in looked.text
     for accept in ("*/*", "application/json", "application/problem+json, text/html"):
         told = job_server.http.get(path, headers={"Accept": accept})

@@ -85,8 +85,14 @@ export class Controls {
     const words = (value) => `${value.toFixed(2)} m/s${learned(value) ? "" : ", extrapolated"}`;
     const range = [Math.max(RANGES.speed[0], (least ?? 0) - SLOWER), Math.min(RANGES.speed[1], (most ?? Infinity) + FASTER)];
     const slider = this.own("speed", "Speed", "Speed in metres per second", 0.01, words, range.map((v) => Math.round(100 * v) / 100));
-    if (most) slider.row.title = `The model learned from walks at ${least.toFixed(2)} to ${most.toFixed(2)} m/s`;
+    slider.row.title = this.learned;
     return slider;
+  }
+
+  /** At what speeds the walks were that the model learned from, in words. */
+  get learned() {
+    const [least, most] = this.parameters.learned_speeds.map((speed) => speed?.toFixed(2));
+    return most ? `Learned from walks at ${least === most ? "" : `${least} to `}${most} m/s` : "";
   }
 
   body() {
