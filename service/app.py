@@ -60,7 +60,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         title="motionenv", version=__version__, description=docs.DESCRIPTION, lifespan=lifespan,
         redirect_slashes=False, docs_url=None, redoc_url=None,  # FastAPI's load their scripts from a CDN
         servers=[{"url": "/"}], license_info={"name": "MIT", "identifier": "MIT"},
-        generate_unique_id_function=lambda route: route.name,
+        generate_unique_id_function=lambda route: route.name, telemetry={"metrics": False, "logs": False},  # its own
     )  # fmt: skip
     app.state.service = service
     app.add_middleware(CompressionMiddleware)

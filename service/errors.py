@@ -5,6 +5,7 @@ Values sent by the client are never echoed: they may contain secrets, or what JS
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from html import escape
 from http import HTTPStatus
 from typing import Any, get_args
 
@@ -36,6 +37,10 @@ KINDS: dict[str, tuple[int, str]] = {
     "timeout": (504, "It took too long"), "disk-full": (507, "The disk is full"),
 }  # fmt: skip
 _USUAL = {status: kind for kind, (status, _) in reversed(KINDS.items())}
+_PAGE = """<!doctype html><html lang="en" style="color-scheme: light dark"><title>{0}</title>
+<meta name="viewport" content="width=device-width"><body style="font: 1rem/1.5 system-ui; margin: 15vh auto;
+max-width: 34rem; padding: 1rem"><h1>{0}</h1><p>{1}.</p><p><a href="/">Back to motionenv</a></p>"""
+_PAGE_HEADERS = {"Vary": "Accept", "Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'"}
 #: The detail of a 507.
 FULL = "the service's disk is full: remove jobs or models, or contact its operator"
 _NO_JSON = "the body is not valid JSON"
@@ -142,6 +147,9 @@ def install(app: Starlette) -> None:
 
 
 def _answer(request: Request, status: int, detail: str, **more: Any) -> Response:
+    if request.method == "GET" and request.headers.get("accept", "").startswith("text/html"):  # somebody looks at it
+        page = _PAGE.format(told(status, detail)["title"], escape(detail[:1].upper() + detail[1:].partition(":")[0]))
+        return Response(page, status, {**(more.get("headers") or {}), **_PAGE_HEADERS}, "text/html")
     return problem_response(status, detail, request_id=request.scope.get("request_id"), **more)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.signal import butter, filtfilt
 
 from motionenv._core.representation import OneLine
+from motionenv.body.gaps import listed
 from motionenv.body.kinematics import forward
 from motionenv.body.limbs import LIMB_SHIFTS, LIMBS, limb_radii
 from motionenv.body.skeleton import NODES, SEGMENTS
@@ -59,26 +60,27 @@ def feet_of(capture: Markers | Motion, marker_map: MarkerMap | str | None = None
     if not np.isfinite(pelvis).any():
         raise GapError(f"{capture.name or 'this capture'} never shows both hips, so steps can't be measured")
     heel, toe = {}, {}
-    notes = list(landmarks.notes)
+    stands: dict[str, list[str]] = {}
     for side in ("left", "right"):
         ankle = nodes[:, NODES.index(f"{side}_ankle")]
         if not np.isfinite(ankle).any():
             continue
-        heel[side] = _first(at, side, ("heel",), ankle, notes)
-        toe[side] = _first(at, side, ("toe", "metatarsal_5", "metatarsal_1"), ankle, notes)
+        heel[side] = _first(at, side, ("heel",), ankle, stands)
+        toe[side] = _first(at, side, ("toe", "metatarsal_5", "metatarsal_1"), ankle, stands)
     if not heel:
         raise GapError(f"{capture.name or 'this capture'} shows no ankle, so steps can't be measured")
-    return Feet(pelvis, heel, toe, capture.fps, tuple(notes))
+    notes = [f"{name} stands in for {listed(places)}, where no marker is" for name, places in stands.items()]
+    return Feet(pelvis, heel, toe, capture.fps, (*landmarks.notes, *notes))
 
 
-def _first(at, side: str, names: tuple[str, ...], ankle: np.ndarray, notes: list[str]) -> np.ndarray:
-    """The first of the landmarks that the capture shows, or the ankle."""
+def _first(at, side: str, names: tuple[str, ...], ankle: np.ndarray, stands: dict[str, list[str]]) -> np.ndarray:
+    """The first of the landmarks that the capture shows, or the ankle; `stands` gets what it stands in for."""
     for name in names:
         if f"{side}_{name}" in at:
             if name != names[0]:
-                notes.append(f"{name} stands in for the {side} {names[0]}, which has no marker")
+                stands.setdefault(name, []).append(f"{side} {names[0]}")
             return at[f"{side}_{name}"]
-    notes.append(f"the ankle stands in for the {side} {names[0]}, which has no marker")
+    stands.setdefault("the ankle", []).append(f"{side} {names[0]}")
     return ankle
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import warnings
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar, Self, Unpack
 
 import numpy as np
@@ -153,8 +154,8 @@ class GaitModel(StoredModel):
     ) -> Walker:  # fmt: skip
         """One person, drawn at random or given by scores. Components without a score are average.
 
-        Who is given by scores or deviations walks at the mean pace of people of that height: scores are a style, which
-        doesn't change speed (`motionenv.models.people.average_person`).
+        Who is given by scores or deviations walks at the mean pace of people of that height, or if the model learned
+        from slower or faster walks only, at theirs: scores are a style, which doesn't change speed.
 
         Args:
             seed: int or Generator to draw with.
@@ -188,6 +189,12 @@ class GaitModel(StoredModel):
     def _person_of(self, scores: np.ndarray) -> Person | None:
         """Body and pace of whoever is given by `scores` (q,) alone; None where scores say nothing of them."""
         return None
+
+    def _at_known_pace(self, who: Person, speed: float, stride: float) -> Person:
+        """`who`, at the `speed` [m/s] and `stride` [m] of the model where people's pace is beyond what it learned."""
+        low, high = self.learned_speeds()
+        beyond = who.speed < low or who.speed > high
+        return replace(who, speed=speed, walk_ratio=(0.5 * stride) ** 2 / (60 * speed)) if beyond else who
 
     @keyword_arguments(WalkArguments)
     def synthesize(

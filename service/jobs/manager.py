@@ -118,7 +118,7 @@ class JobManager:
         """The job with an id; 404 if there is none."""
         found = await self.store.get(job)
         if found is None or not access.to(found.owner):
-            raise Problem(404, "there is no such job: GET /v1/jobs lists them")
+            raise Problem(404, "this job and its result were forgotten, or never were: GET /v1/jobs lists others")
         return found
 
     async def page(

@@ -243,6 +243,8 @@ def _inspected(path: Path, marker_map: MarkerMap | None, **how: Any) -> dict[str
         if told["doubts"]:
             raise MotionError("no model learns from it, as it can't be of a person as it was read")
         told["walk"] = _walk(motion, held, marker_map)
+        steady = motionenv.gait.analyse(held, marker_map=marker_map).steady
+        told["strides"] = {side: sum(stride.side == side for stride in steady) for side in ("left", "right")}
     except MotionError as error:
         told["problem"] = plain(str(error))
     return told

@@ -46,8 +46,8 @@ async def walk_in_place(request: Request, asked: CycleRequest) -> Response:
     return Response(body, headers=headers, media_type=media_type)
 
 
-def _made(model: GaitModel, asked: CycleRequest) -> tuple[Cycle, np.ndarray]:
-    """The stride, and the walker's deviations (q,); a seed draws who `POST /v1/synthesis` draws with it."""
+def _made(model: GaitModel, asked: CycleRequest) -> tuple[Cycle, float, np.ndarray]:
+    """The stride, the walker's weight [kg] and deviations (q,); a seed draws who `POST /v1/synthesis` draws with it."""
     if model.treadmill() is None:
         raise Problem(422, f"{asked.model} makes no cycles in place", field="/model")
     components = model.components()
@@ -57,4 +57,5 @@ def _made(model: GaitModel, asked: CycleRequest) -> tuple[Cycle, np.ndarray]:
         given = asked.deviations or () if asked.scores is None else None
         walker = model.walker(deviations=given, scores=asked.scores)
     made = cycle(model, walker=walker, **asked.model_dump(include={"speed", "height", "weight", "samples"}))
-    return made, (np.array(walker.scores) - components.means) / components.deviations
+    weight = asked.weight or (walker.person.bmi * made.body.height**2 if walker.person else np.nan)
+    return made, weight, (np.array(walker.scores) - components.means) / components.deviations

@@ -1,4 +1,4 @@
-"""Motion from models: `POST /v1/synthesis`, and `GET`, whose address is that of the motion."""
+"""Motion from models: `POST /v1/synthesis`, used most and so found first, and `GET`, whose address is the motion's."""
 
 from functools import partial
 from typing import Any
@@ -25,6 +25,21 @@ _PARAMETERS = [
      "schema": schema if _plain(schema) else {**_JSON, "contentSchema": schema}}
     for name, schema in _QUERY.items()
 ]  # fmt: skip
+
+
+@router.post("/synthesis", summary="A walk", response_class=Response, responses={**RESPONSES, **ACCEPTED})
+async def synthesize_walk(request: Request, asked: SynthesisRequest) -> Response:
+    """A walk that a model makes, as JSON, numbers, a motion file, a film or a picture: `Accept` says which.
+
+    Long JSON, CSV and BVH, and MP4 always, come while they are made; a long GIF or WebP becomes a job (202). Asked for
+    with a seed, the same bytes come each time, and `If-None-Match` with their ETag gives 412 without any work.
+    """
+    if request.method == "POST" and takes_long(asked, media_type := negotiated(request)):
+        return await render_walk(request, RenderRequest.model_validate(asked.model_dump() | {"format": media_type}))
+    model = request.app.state.service.model_registry.get(asked.model, access_of(request.scope))
+    quick = model.batch_size > 1 and asked.path is None and asked.speeds is None
+    warning = model.extrapolation([max(v for _, v in asked.speeds) if asked.speeds else asked.speed])
+    return await answer(request, asked, partial(asked.make, model), quick=quick, warning=warning)
 
 
 @router.get(
@@ -54,19 +69,3 @@ def _value(text: str) -> Any:
         return orjson.loads(text)
     except orjson.JSONDecodeError:
         return text
-
-
-@router.post("/synthesis", summary="A walk", response_class=Response, responses={**RESPONSES, **ACCEPTED})
-async def synthesize_walk(request: Request, asked: SynthesisRequest) -> Response:
-    """A walk that a model makes, as JSON, numbers, a motion file, a film or a picture: `Accept` says which.
-
-    Long JSON, CSV and BVH, and MP4 always, come while they are made; a long GIF or WebP becomes a job (202). Asked for
-    with a seed, the same bytes come each time, and `If-None-Match` with their ETag gives 412 without any work.
-    """
-    if request.method == "POST" and takes_long(asked, media_type := negotiated(request)):
-        return await render_walk(request, RenderRequest.model_validate(asked.model_dump() | {"format": media_type}))
-    model = request.app.state.service.model_registry.get(asked.model, access_of(request.scope))
-
-    quick = model.batch_size > 1 and asked.path is None and asked.speeds is None
-    warning = model.extrapolation([max(v for _, v in asked.speeds) if asked.speeds else asked.speed])
-    return await answer(request, asked, partial(asked.make, model), quick=quick, warning=warning)

@@ -41,6 +41,7 @@ class CycleResponse(BaseModel):
     stride: float = Field(gt=0, description="How far the ground moves back in a cycle [m].")
     seconds: float = Field(gt=0, description="Duration of the cycle [s].")
     height: float = Field(gt=0, description="Body height [m].")
+    weight: float | None = Field(description="Body weight [kg]; null for walkers without a person's body.")
     contacts: list[float] = Field(
         min_length=2, max_length=2, description="Phases [cycles] at which the left and the right foot take the weight."
     )

@@ -235,7 +235,7 @@ class Preview(BaseModel):
 
 
 class Walk(BaseModel):
-    """The strides of a walk."""
+    """The gait cycles of a walk, from which models learn."""
 
     stride: float = Field(description="Mean duration of a stride [s].")
     starts: list[float] = Field(description="Times at which the left leg is about furthest ahead, once per stride [s].")
@@ -259,7 +259,8 @@ class Inspected(BaseModel):
     doubts: list[str] | None = Field(None, description="What isn't plausible for a person.")
     motion: Preview | None = Field(None, description="The retargeted motion.")
     straightness: float | None = Field(None, description="Distance from start to end, as a share of the path's length.")
-    walk: Walk | None = Field(None, description="Strides, if it is a walk.")
+    walk: Walk | None = Field(None, description="Whole cycles, if it is a walk.")
+    strides: dict[Literal["left", "right"], int] | None = Field(None, description="Strides of a gait report, by side.")
 
 
 class Inspection(BaseModel):

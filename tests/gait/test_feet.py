@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from motionenv.body import from_height
+from motionenv.body.kinematics import forward
 from motionenv.errors import GapError
 from motionenv.gait import feet_of
 from motionenv.gait.feet import bridged, smoothed
 from motionenv.mocap import read
 from motionenv.models.synthesis import synthesize
-from motionenv.types import Markers, Motion
+from motionenv.types import MARKERS, Markers, Motion
 
 
 def test_markers_are_taken_where_they_are(mocap):
@@ -27,8 +28,15 @@ def test_missing_heels_are_told(mocap):
     markers = read(mocap / "btkdata/C3DSamples/PiG/PiG_Motion3_FF.c3d")
     without = [i for i, n in enumerate(markers.names) if not n.endswith("LHEE")]
     feet = feet_of(Markers(tuple(markers.names[i] for i in without), markers.positions[:, without], markers.fps))
-    assert feet.notes == ("the ankle stands in for the left heel, which has no marker",)
+    assert feet.notes == ("the ankle stands in for the left heel, where no marker is",)
     assert np.nanmedian(np.linalg.norm(feet.heel["left"] - feet.toe["left"], axis=-1)) > 0.05
+
+
+def test_what_one_landmark_stands_in_for_is_told_at_once():
+    motion = synthesize("walk/fpca", seconds=2, fps=50, seed=1)
+    feet = feet_of(Markers(MARKERS, forward(motion.poses, motion.skeleton)[0][:, :15], 50))
+    everything = "the left heel, the left toe, the right heel and the right toe"
+    assert feet.notes == (f"the ankle stands in for {everything}, where no marker is",)
 
 
 def test_motion_has_the_bodys_drawn_feet():

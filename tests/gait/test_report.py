@@ -144,6 +144,14 @@ def test_nothing_of_one_stride_is_shown_as_a_mean(session):
     assert "one stride" not in Reader(page(cut(session, 2, 2))).text
 
 
+def test_a_note_on_several_captures_is_told_once(session):
+    trials = tuple(replace(session.trials[0], name=name, notes=("dots jump", f"of {name}")) for name in ("one", "two"))
+    text = Reader(page(replace(session, trials=trials))).text
+    assert "one, two: dots jump." in text
+    assert text.count("dots jump") == 1
+    assert "one: of one." in text
+
+
 def test_doubts_come_first(session):
     walk = session.trials[0]
     doubted = replace(session, trials=(replace(walk, doubts=("the <pelvis> is below the knees",)),))

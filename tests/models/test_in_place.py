@@ -11,7 +11,9 @@ from motionenv.body import feet, limit_excess
 from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.models import cycle
 from motionenv.models.contact_rule import SAMPLES
+from motionenv.models.eigenwalkers import Eigenwalkers
 from motionenv.models.people import average_person
+from motionenv.models.walking import WalkingModel
 from tests.models.eigenwalkers.walks import made_markers
 
 PEOPLE = [(), *np.random.default_rng(3).uniform(-2, 2, (4, 8)).tolist()]
@@ -123,6 +125,31 @@ def test_many_at_once_are_each_one(model):
         np.testing.assert_allclose(markers[i], made.markers, atol=tolerance)
         assert made.speed == pytest.approx(average_person(heights[i]).speed, rel=1e-9)  # style doesn't change speed
         assert heights[i] == pytest.approx(made.body.height, rel=tolerance)
+
+
+@pytest.mark.parametrize(("kind", "walks"), [(WalkingModel, 1), (WalkingModel, 4), (Eigenwalkers, 6)])
+@pytest.mark.parametrize("speed", [0.9, 1.32, 1.7])
+def test_who_is_given_by_a_style_walks_as_the_model_knows(kind, walks, speed):
+    """Of slow or of fast people alone, the average is theirs; of people at the usual pace, the usual one."""
+    captured = [motionenv.synthesize("walk/fpca", 6, 60, seed=seed, speed=speed) for seed in range(walks)]
+    model = kind().fit(captured)
+    low, high = model.learned_speeds()
+    assert low < 1.05 * speed
+    assert high > 0.95 * speed
+    made = cycle(model)
+    assert made.speed == pytest.approx(speed, rel=0.04 if kind is WalkingModel else 0.07)
+    assert model.extrapolation([made.speed]) is None
+    if walks > 1:
+        assert cycle(model, deviations=[1.5]).speed == pytest.approx(made.speed, rel=1e-9)
+    length = np.median([_stride_length(walk) for walk in captured])
+    assert made.stride == pytest.approx(length, rel=0.06)
+
+
+def _stride_length(walk):
+    """Of a steady walk of several strides: how far it gets between times at which the left leg is furthest ahead."""
+    swing = walk.poses[:, 17] - walk.poses[:, 21]
+    peaks = [i for i in range(20, len(swing) - 20) if swing[i] == swing[i - 20 : i + 21].max()]
+    return (walk.poses[peaks[-1], 0] - walk.poses[peaks[0], 0]) / (len(peaks) - 1)
 
 
 def test_drawn_people_and_styles_walk_together():

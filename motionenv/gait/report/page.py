@@ -79,7 +79,8 @@ def alarm(doubts: Sequence[str]) -> str:
 
 def _notes(session: Session) -> str:
     found = [f"{escape(note[0].upper() + note[1:])}." for note in session.notes]
-    found += [f"{escape(t.name)}: {escape(note)}." for t in session.trials for note in t.notes]
+    for note in dict.fromkeys(note for trial in session.trials for note in trial.notes):
+        found.append(f"{escape(', '.join(t.name for t in session.trials if note in t.notes))}: {escape(note)}.")
     found += [f"{escape(name)} was left out: {escape(why)}" for name, why in session.left_out.items()]
     return notes(found)
 

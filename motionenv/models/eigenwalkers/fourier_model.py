@@ -219,12 +219,14 @@ class FourierModel(GaitModel):
         """`Treadmill.crowd` of `scores` (n, q): no bodies are fitted."""
         w = self.inverse_transform(scores)
         heights = body_heights(w)
-        steps = np.array([average_person(height).step_length for height in heights])
+        steps = np.array([self._person_of(row).step_length for row in scores])
         w = grounded(longer(self, w, np.log(2 * steps / (_MADE * stride_lengths(w)))))
         return positions_at(w, np.arange(SAMPLES) * (2 * np.pi / SAMPLES)), heights
 
     def _person_of(self, scores: np.ndarray) -> Person:
-        return average_person(float(body_heights(self.inverse_transform(scores)[None])[0]))
+        who = average_person(float(body_heights(self.inverse_transform(scores)[None])[0]))
+        stride = float(stride_lengths(self.mean_))
+        return self._at_known_pace(who, stride * float(np.exp(self.log_frequency_mean_)), _MADE * stride)
 
     def body(self, height: float | None = None) -> None:
         """None for any `height`: each walker's markers determine its limb lengths."""

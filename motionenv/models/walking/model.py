@@ -270,8 +270,8 @@ class WalkingModel(GaitModel):
         ]
 
     def crowd(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """`Treadmill.crowd` of `scores` (n, q): walkers of the mean body at the mean pace of people."""
-        markers, _, heights = self._of_mean_body(scores, average_person(self.height_).speed)
+        """`Treadmill.crowd` of `scores` (n, q): walkers of the mean body at the pace of who is given by scores."""
+        markers, _, heights = self._of_mean_body(scores, self._person_of(scores).speed)
         return markers, heights
 
     def _of_mean_body(self, scores: np.ndarray, speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -344,7 +344,8 @@ class WalkingModel(GaitModel):
         return np.array([mine if speed is None else speed for mine, speed in zip(own, speeds, strict=True)])
 
     def _person_of(self, scores: np.ndarray) -> Person:
-        return average_person(self.height_)
+        seconds, speed = np.exp(self.person_mean_[-2:]) * [1.0, self.height_]
+        return self._at_known_pace(average_person(self.height_), float(speed), float(speed * seconds))
 
     def _people(self, walkers: Sequence[Walker], heights) -> tuple[WalkerScores, list[Skeleton], tuple]:
         """Scores and stride times of people, their bodies, and these as offsets (n, 16, 3) and heights (n,) [m]."""

@@ -9,6 +9,7 @@ import { numberOf } from "./controls/widgets.js";
 import { parameters, titleOf } from "./controls/model_list.js";
 import { Plot } from "./stage/plot.js";
 import { Stage } from "./stage/stage.js";
+import { wordsOf } from "./controls/download.js";
 import { GaitDialogue } from "./gait/dialogue.js";
 import { gaitOf } from "./api/requests.js";
 import { History } from "./controls/history.js";
@@ -23,6 +24,8 @@ const PLOT_EVERY = 3; // frames between updates of the plot
 const LINK_AFTER = 300; // [ms] without changes after which the address is updated
 const SLOW = 700; // [ms] of loading after which a message is shown
 const KEPT = 600; // frame times that are kept
+export const UP = 8; // [degrees] that the named views look down
+const NEAR = 1; // [degrees] from a named view within which it is that view
 
 const pause = (seconds) => new Promise((done) => setTimeout(done, 1000 * seconds));
 
@@ -236,7 +239,7 @@ export class App {
     $("model-name").textContent = model;
     $("subject").hidden = !guest && !own;
     $("subject-title").textContent = guest ? `Your capture: ${guest.name}` : own;
-    $("subject-facts").textContent = guest ? guest.facts() : "";
+    $("subject-facts").textContent = guest ? guest.facts() : this.controls.learned;
     $("traits-hint").textContent = `0 is the average ${own ? "walk that the model learned from" : "of all people"}; most are between −2 and +2.`;
     $("angles-span").textContent = guest ? "over the capture" : this.controls.span;
     $("captured").hidden = !guest?.points;
@@ -338,6 +341,19 @@ export class App {
     this.stage.changed = true;
   }
 
+  /** The button of the named view that is the present one, or undefined. */
+  get facing() {
+    const [around, up] = this.stage.view;
+    const near = ({ dataset }) => Math.abs(up - UP) < NEAR && Math.abs(around - Number(dataset.view)) < NEAR;
+    return [...document.querySelectorAll("[data-view]")].find(near);
+  }
+
+  /** Show which of the named views is the present one. */
+  markView() {
+    const { facing } = this;
+    for (const button of document.querySelectorAll("[data-view]")) button.setAttribute("aria-pressed", String(button === facing));
+  }
+
   /** Change the view. */
   view(from) {
     this.stage.move(from);
@@ -364,7 +380,8 @@ export class App {
       const { weight, ...settings } = settingsOf(state.model, this.parameters, settled({ ...one }, walkers[i].cycle));
       return settings; // dots don't show how heavy somebody is
     });
-    this.stimuli = new StimulusDialogue({ walkers, people, first: state.chosen, stimulus: state.stimulus, paused, changed });
+    const name = state.people.map((one) => wordsOf(state, one, this.parameters)).join(" and ");
+    this.stimuli = new StimulusDialogue({ walkers, people, first: state.chosen, stimulus: state.stimulus, paused, changed, name });
     this.stimuli.open();
     this.write();
   }
@@ -373,7 +390,8 @@ export class App {
   async analyse() {
     const who = settingsOf(this.state.model, this.parameters, this.one);
     const report = await gaitOf({ ...who, seed: this.one.seed, variation: 0 });
-    new GaitDialogue(report, this.walkers.length > 1 ? `walker ${"AB"[this.state.chosen]}` : "this walker").open();
+    const title = this.walkers.length > 1 ? `walker ${"AB"[this.state.chosen]}` : "this walker";
+    new GaitDialogue(report, title, `motionenv ${wordsOf(this.state, this.one, this.parameters)}`).open();
   }
 
   /** Show a message over the stage; an empty one hides it. */

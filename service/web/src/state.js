@@ -5,7 +5,7 @@ import { parsed, plain, SETTINGS } from "./stimuli/settings.js";
 export const LIMIT = 3; // standard deviations to either side
 
 /** What fields and sliders take: least and greatest value. */
-export const RANGES = { speed: [0.3, 2.6], height: [1, 2.2], weight: [30, 150], heading: [-180, 180], seed: [0, 2 ** 32 - 1] };
+export const RANGES = { speed: [0.3, 2.6], height: [1, 2.2], weight: [15, 150], heading: [-180, 180], seed: [0, 2 ** 32 - 1] };
 
 /** Whom the service may draw. */
 export const PEOPLE = ["adult", "woman", "man", "child", "girl", "boy"];
@@ -114,16 +114,18 @@ export function enter(one, name, { components, traits, activities }) {
 export const drawn = (one, seed) => Object.assign(one, { seed, drawn: true, held: [], deviations: [], speed: null, height: null, weight: null });
 
 /** A drawn person with settings of its own, as they are in a stride; from then on sliders move them. */
-export function settled(one, { deviations, stride, seconds, height }) {
+export function settled(one, { deviations, stride, seconds, height, weight }) {
   if (!one.drawn || !deviations) return one;
   const round = (value) => Math.round(100 * value) / 100;
   const within = (d) => round(Math.min(LIMIT, Math.max(-LIMIT, d)));
-  const { speed = null, height: tall = null } = one;
+  const { speed = null, height: tall = null, weight: heavy = null } = one;
+  const [lightest, heaviest] = RANGES.weight;
   return Object.assign(one, {
     drawn: false,
     deviations: Array.from(deviations, within),
     speed: speed ?? round(stride / seconds),
     height: tall ?? round(height),
+    weight: heavy ?? (weight ? Math.min(heaviest, Math.max(lightest, Math.round(weight))) : null),
   });
 }
 

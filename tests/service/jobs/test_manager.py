@@ -78,7 +78,7 @@ def test_files_of_a_job_are_placed_with_it_and_go_with_it(tmp_path):
             assert manager.get(job.id, EVERYTHING).status == "cancelled"
             manager.remove(manager.get(job.id, EVERYTHING))
             assert manager.file_store.all() == left
-        with pytest.raises(Problem, match="there is no such job: GET /v1/jobs lists them") as missing:
+        with pytest.raises(Problem, match="were forgotten, or never were: GET /v1/jobs lists") as missing:
             manager.get(first.id, EVERYTHING)
         assert missing.value.status_code == 404
 
@@ -156,7 +156,7 @@ def test_jobs_belong_to_who_made_them(tmp_path):
         hers, his = add(manager, access=ANNA, key="same"), add(manager, access=BERT, key="same")
         assert hers.id != his.id  # another one's Idempotency-Key tells nothing
         assert manager.get(hers.id, ANNA) == manager.get(hers.id, EVERYTHING) == hers
-        with pytest.raises(Problem, match="no such job"):
+        with pytest.raises(Problem, match="were forgotten"):
             manager.get(hers.id, BERT)
         for access, seen in ((ANNA, [hers]), (BERT, [his]), (EVERYTHING, [his, hers])):
             assert manager.page(access, 10, None, None) == (seen, None)

@@ -30,6 +30,30 @@ def test_a_report_is_a_page_without_access(job_server, walk):
     assert "<title>Gait report: walk</title>" in answer.text
 
 
+def test_a_forgotten_report_is_told_in_words_to_who_looks_at_it(job_server, walk):
+    path = reported(job_server, {"me_01.npz": as_file(walk, ".npz")}).request.url.path
+    assert job_server.http.delete(path.removesuffix("/result")).status_code == 204
+    looked = job_server.http.get(path, headers={"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"})
+    assert (looked.status_code, looked.headers["Vary"]) == (404, "Accept")
+    assert looked.headers["Content-Type"].startswith("text/html")
+    assert "were forgotten" in looked.text
+    assert '<a href="/">' in looked.text
+    for accept in ("*/*", "application/json", "application/problem+json, text/html"):
+        told = job_server.http.get(path, headers={"Accept": accept})
+        assert (told.status_code, told.headers["Content-Type"]) == (404, "application/problem+json")
+    odd = job_server.http.get("/<b>no</b>", headers={"Accept": "text/html"})
+    assert (odd.status_code, "<b>" in odd.text) == (404, False)
+
+
+def test_a_file_has_as_many_strides_wherever_they_are_told(job_server, walk):
+    files = {"me_01.npz": as_file(walk, ".npz")}
+    asked = job_server.http.post("/v1/jobs/inspect", files=uploads(files))
+    (seen,) = result(job_server, ended(job_server, asked)).json()["files"]
+    (capture,) = reported(job_server, files, format="application/json").json()["captures"]
+    assert seen["strides"] == capture["sides"]
+    assert sum(seen["strides"].values()) == capture["strides"] > 8
+
+
 def test_the_numbers_of_a_report_come_as_json_and_csv(job_server, walk):
     content = {"me_01.c3d": as_c3d(*odd_points(walk), 60)}
     told = reported(job_server, content, map=odd_map(), format="application/json")

@@ -263,7 +263,11 @@ def downloaded(shown, tmp_path):
     def get(suffix: str):
         with shown.page.expect_download(timeout=30_000) as coming:
             shown.page.click(f"[data-suffix={suffix}]")
-        assert coming.value.suggested_filename == f"walk-fpca.{suffix}"
+        words = shown.ask("motionenv.parameters.traits.flatMap((trait) => [trait.low, trait.high])")
+        name = coming.value.suggested_filename
+        assert re.fullmatch(rf"motionenv-[a-z-]+\.{suffix}", name)
+        assert any(word.replace(" ", "-") in name for word in words), "what was set"
+        assert ("side" in name) == (suffix == "mp4")
         coming.value.save_as(tmp_path / f"walk.{suffix}")
         shown.until("document.getElementById('download-note').textContent.startsWith('Saved')")
         return tmp_path / f"walk.{suffix}"

@@ -49,7 +49,7 @@ def stride(tmp_path_factory):
     def make(model: str, **how):
         made = cycle(model, **how)
         file = folder / f"{len(list(folder.iterdir()))}.bin"
-        file.write_bytes(encoded(made, np.zeros(8), model, MEDIA_TYPE))
+        file.write_bytes(encoded(made, 75.0, np.zeros(8), model, MEDIA_TYPE))
         return str(file), made
 
     return make

@@ -29,6 +29,7 @@ def opened(browser, server, state=STATE, size=DESK, **options):
 def downloaded(seen) -> zipfile.ZipFile:
     with seen.page.expect_download() as download:
         seen.page.get_by_role("button", name="Download", exact=True).click()
+    assert download.value.suggested_filename.startswith("motionenv-stimuli-")
     return zipfile.ZipFile(download.value.path())
 
 
@@ -102,9 +103,18 @@ def test_what_cannot_be_is_told(browser, server):
     put(seen, "lifetime", 0.3)
     assert "fewer dots at a time than 15" in seen.page.inner_text("dialog [role=status]")
     assert download.is_disabled()
+    lifetime = seen.page.locator("dialog [name=lifetime]")
+    told = "label:has([name=lifetime]) + .wrong"
+    assert "fewer dots at a time than 15" in seen.page.inner_text(told), "beside the field"
+    assert lifetime.get_attribute("aria-invalid") == "true"
+    assert seen.page.locator(told).get_attribute("id") == lifetime.get_attribute("aria-describedby")
+    seen.picture("stimulus-lifetime")
     put(seen, "dots", 99)
+    assert seen.page.is_visible("label:has([name=dots]) + .wrong")
     put(seen, "dots", 6)
     assert download.is_enabled()
+    assert seen.page.locator("dialog .wrong").count() == 0
+    assert lifetime.get_attribute("aria-invalid") == "false"
     put(seen, "contrast", 0)
     assert "as grey as the background" in seen.page.inner_text("dialog [role=status]")
     put(seen, "contrast", "")

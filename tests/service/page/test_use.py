@@ -221,7 +221,14 @@ def test_a_model_is_fitted_for_who_asks_and_goes_with_the_files(shown, server, w
     shown.page.click("text=Make a model of it", timeout=120_000)
     shown.page.click("text=Use model", timeout=120_000)
     shown.until("motionenv.state.model.startsWith('fitted/me-01') && motionenv.guest === null", 30)
-    assert shown.ask("motionenv.walkers[0].speed") == pytest.approx(1.2, abs=0.25)
+    least, most = shown.ask("motionenv.parameters.learned_speeds")
+    assert least * 0.99 <= shown.ask("motionenv.walkers[0].speed") <= most * 1.01, "its own pace"
+    assert shown.ask("motionenv.walkers[0].speed") == pytest.approx(1.2, abs=0.05)
+    slider = shown.page.locator("#pace .slider")
+    assert "extrapolated" not in slider.inner_text()
+    low, high = (float(slider.locator("input").get_attribute(end)) for end in ("min", "max"))
+    assert 0.3 < low < least
+    assert most < high < 2.6
     shown.until(f"{fitted} === 1")
     assert shown.page.text_content("#subject-title") == "Model: me-01"
     assert shown.page.is_visible("#traits")

@@ -10,7 +10,8 @@ from motionenv.models import cycle
 from service.formats.parameters import MEDIA_TYPE
 from tests.service.waiting import until
 
-NAMES = {"markers", "poses", "standing", "contacts", "offsets", "radii", "stride", "seconds", "height", "deviations"}
+NUMBERS = {"stride", "seconds", "height", "weight"}
+NAMES = {"markers", "poses", "standing", "contacts", "offsets", "radii", "deviations", *NUMBERS}
 
 
 def post(server, accept="application/json", **asked):
@@ -48,6 +49,19 @@ def test_a_seed_draws_the_walker_and_without_any_it_is_the_average(server):
     np.testing.assert_array_equal(post(server).json()["poses"], cycle(model).poses)
     assert post(server).json()["deviations"] == [0] * 8
     np.testing.assert_allclose(post(server, deviations=[1.5]).json()["deviations"], [1.5, *[0] * 7], atol=1e-12)
+
+
+def test_the_weight_is_that_of_the_body(server):
+    """Asked for, the weight that was told makes the same body; without it, another height keeps the build."""
+    drawn = post(server, seed=7, person="woman").json()
+    again = post(server, seed=7, person="woman", weight=drawn["weight"]).json()
+    np.testing.assert_allclose(again["radii"], drawn["radii"], rtol=1e-9)
+    assert again["weight"] == drawn["weight"]
+    taller = post(server, seed=7, person="woman", height=drawn["height"] + 0.1).json()
+    assert taller["weight"] / taller["height"] ** 2 == pytest.approx(drawn["weight"] / drawn["height"] ** 2)
+    weights = [post(server, seed=seed, person="man").json()["weight"] for seed in range(8)]
+    assert 60 < np.mean(weights) < 110
+    assert np.std(weights) > 5
 
 
 @pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers", "walk/prior"])

@@ -7,10 +7,10 @@ const TYPE = "application/x-motionenv-parameters";
 const MOST = 100; // strides that are kept, of 54 kB each
 const kept = new Map();
 
-/** A stride from the bytes of a response: `poses`, `markers`, `offsets`, `radii`, `stride`, `seconds`, `height`. */
+/** A stride from the bytes of a response: `poses`, `markers`, `offsets`, `radii`, `stride`, `seconds`, `height` and `weight`, null if unknown. */
 export function decodeStride(buffer) {
-  const { arrays, stride, seconds, height } = decodeParameters(buffer);
-  return { ...arrays, stride, seconds, height };
+  const { arrays, stride, seconds, height, weight } = decodeParameters(buffer);
+  return { ...arrays, stride, seconds, height, weight };
 }
 
 /** The stride of some settings if it is kept, otherwise undefined. */

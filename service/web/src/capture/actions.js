@@ -2,7 +2,7 @@
 
 import { resultOf } from "../api/jobs.js";
 import { ServiceError } from "../api/requests.js";
-import { save } from "../controls/download.js";
+import { fileName, save } from "../controls/download.js";
 import { GaitDialogue } from "../gait/dialogue.js";
 import { make } from "../controls/widgets.js";
 
@@ -92,15 +92,21 @@ export class CaptureActions {
     const { upload, shown } = this;
     const job = await upload.job("/v1/jobs/convert", upload.sent([shown]), { ...upload.fields, format, fill: this.fill.checked }, () => {});
     const blob = await (await resultOf(job)).blob();
-    save(blob, `${shown.name.replace(/\.[^.]*$/, "")}.${suffix}`);
-    this.say(`Saved: ${(blob.size / 1000).toFixed(0)} kB.`);
+    const file = fileName(this.stem, suffix);
+    save(blob, file);
+    this.say(`Saved as ${file}: ${(blob.size / 1000).toFixed(0)} kB.`);
+  }
+
+  /** The name of the file that is shown, without its suffix. */
+  get stem() {
+    return this.shown.name.replace(/\.[^.]*$/, "");
   }
 
   /** Show the gait in all files. */
   async gait() {
     const report = await (await resultOf(await this.reported("application/json"))).json();
     this.say("");
-    new GaitDialogue(report, report.person || this.shown.name).open();
+    new GaitDialogue(report, report.person || this.shown.name, this.stem).open();
   }
 
   /** Create the report, open it, and link to it. */
@@ -116,8 +122,9 @@ export class CaptureActions {
 
   async numbers(format, suffix) {
     const job = await this.reported(format);
-    save(await (await resultOf(job)).blob(), `report.${suffix}`);
-    this.say("Saved.");
+    const name = fileName(this.stem, "gait-report", suffix);
+    save(await (await resultOf(job)).blob(), name);
+    this.say(`Saved as ${name}.`);
   }
 
   /** The job of a report that is done. */

@@ -4,6 +4,7 @@ import { request, ServiceError } from "../api/requests.js";
 import { finished, resultOf } from "../api/jobs.js";
 import { parameters } from "../controls/model_list.js";
 import { make } from "../controls/widgets.js";
+import { sided } from "../gait/dialogue.js";
 import { CaptureWalker } from "../walkers/recorded.js";
 import { CaptureActions } from "./actions.js";
 import { Dialogue } from "./dialogue.js";
@@ -198,12 +199,13 @@ async function removed(id) {
 }
 
 /** The content of a file as a sentence. */
-function describe({ name, problem, points, frames, fps, notes, doubts, motion, walk }) {
+function describe({ name, problem, points, frames, fps, notes, doubts, motion, walk, strides }) {
   if (!points) return problem.startsWith(name) ? problem : `${name}: ${problem}`;
   const body = motion ? `, a body of ${motion.height.toFixed(2)} m` : "";
   const said = [...(doubts ?? []).map((doubt) => `not plausible: ${doubt}`), ...(notes ?? [])];
   const noted = said.length ? ` (${said.join("; ")})` : "";
   const read = `${name}: ${points.length} points, ${frames} frames at ${Math.round(fps)}/s${body}${noted}`;
   if (!walk) return `${read}. ${problem ?? ""}`;
-  return `${read}; ${walk.starts.length} strides of ${walk.stride.toFixed(2)} s at ${walk.speed.toFixed(2)} m/s.`;
+  const many = strides ? sided(strides) : `strides (${problem})`;
+  return `${read}; ${many} of ${walk.stride.toFixed(2)} s at ${walk.speed.toFixed(2)} m/s.`;
 }

@@ -1,9 +1,10 @@
 // Event handlers of buttons, boxes and fields.
 
 import { capturePanel } from "../capture/panel.js";
-import { downloads, synthesisRequest } from "./download.js";
+import { downloads, nameOf, synthesisRequest } from "./download.js";
 import { keys } from "./keyboard.js";
 import { numberOf } from "./widgets.js";
+import { UP } from "../app.js";
 import { FLAGS } from "../state.js";
 
 const WELCOMED = "motionenv-welcomed";
@@ -44,9 +45,11 @@ function bindLooks(app) {
   on("pause", "click", () => app.pause());
   on("scrub", "input", ({ target }) => app.scrub(target.valueAsNumber));
   for (const button of document.querySelectorAll("[data-view]")) {
-    button.addEventListener("click", () => app.view({ around: Number(button.dataset.view), up: 8 }));
+    button.addEventListener("click", () => app.view({ around: Number(button.dataset.view), up: UP }));
   }
   app.stage.controls.addEventListener("end", () => app.view({}));
+  app.stage.controls.addEventListener("change", () => app.markView());
+  app.markView();
   const dark = matchMedia("(prefers-color-scheme: dark)");
   dark.addEventListener("change", () => app.stage.theme(dark.matches));
   app.stage.theme(dark.matches);
@@ -66,6 +69,8 @@ function bindWalkers(app) {
     if (seed !== null) app.draw(seed);
   });
   on("who", "change", () => app.draw());
+  on("to-save", "click", () => reach("download", "#downloads button"));
+  on("to-capture", "click", () => reach("capture", "#capture input").click());
   on("together", "change", ({ target }) => app.look("together", target.checked));
   on("leave", "click", () => app.leave());
   on("reset", "click", () => app.reset());
@@ -78,6 +83,14 @@ function bindWalkers(app) {
   });
 }
 
+/** Scroll to a part of the panel, and put the focus on what is used there. */
+function reach(id, selector) {
+  $(id).scrollIntoView({ block: "start" });
+  const first = document.querySelector(selector);
+  first.focus({ preventScroll: true });
+  return first;
+}
+
 function bindDownloads(app) {
   on("stimulate", "click", () => app.stimulate());
   on("seconds", "input", ({ target }) => numberOf(target));
@@ -86,7 +99,8 @@ function bindDownloads(app) {
     if (seconds === null) $("seconds").focus();
     return seconds && synthesisRequest(app.state, app.one, app.parameters, { seconds, view: app.stage.view[0] });
   };
-  downloads($("downloads").children, wanted, (words, bad) => {
+  const named = (suffix) => nameOf(app.state, app.one, app.parameters, app.facing?.textContent, suffix);
+  downloads($("downloads").children, wanted, named, (words, bad) => {
     $("download-note").textContent = words;
     $("download-note").classList.toggle("bad", bad);
   });

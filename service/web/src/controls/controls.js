@@ -7,7 +7,9 @@ import { LIMIT, RANGES, settled } from "../state.js";
 const deviation = (value) => `${value > 0 ? "+" : value < 0 ? "−" : ""}${Math.abs(value).toFixed(2)}`;
 const WALKING = { "pace-title": "Walk", randomise: "Random walker", reset: "Average" };
 const GROWING = { "pace-title": "Motion", randomise: "New motion", reset: "Reset" };
-const USUAL_BMI = 24; // [kg/m²] where the weight's slider stands until it is set
+const USUAL_BMI = 24; // [kg/m²] where the weight's slider stands if the walker's is unknown
+const SLOWER = 0.5; // [m/s] that the speed's slider goes beyond what the model learned from
+const FASTER = 0.9;
 
 const sum = (a, b) => a.reduce((total, x, k) => total + x * (b[k] ?? 0), 0);
 
@@ -26,6 +28,7 @@ export class Controls {
     hidden("body-section", !this.bodySliders.length);
     hidden("components-section", !this.componentsSliders.length);
     hidden("who-field", steerable);
+    hidden("held-hint", true);
     this.span = steerable ? "over the last seconds" : "over one cycle"; // of the plot
     for (const [id, words] of Object.entries(steerable ? GROWING : WALKING)) document.getElementById(id).textContent = words;
   }
@@ -47,6 +50,7 @@ export class Controls {
     const label = `${capital(name)}: from ${low} to ${high}, in standard deviations`;
     const ends = { low: capital(low), high: capital(high) };
     const slider = new Slider({ label, ...ends, ...this.holding(id, `${ends.low} – ${ends.high}`) });
+    slider.name = `${ends.low} – ${ends.high}`;
     slider.row.title = note;
     return slider;
   }
@@ -79,7 +83,16 @@ export class Controls {
     const [least, most] = this.parameters.learned_speeds;
     const learned = (value) => value >= 0.99 * (least ?? 0) && value <= 1.01 * (most ?? Infinity);
     const words = (value) => `${value.toFixed(2)} m/s${learned(value) ? "" : ", extrapolated"}`;
-    return this.own("speed", "Speed", "Speed in metres per second", 0.01, words);
+    const range = [Math.max(RANGES.speed[0], (least ?? 0) - SLOWER), Math.min(RANGES.speed[1], (most ?? Infinity) + FASTER)];
+    const slider = this.own("speed", "Speed", "Speed in metres per second", 0.01, words, range.map((v) => Math.round(100 * v) / 100));
+    slider.row.title = this.learned;
+    return slider;
+  }
+
+  /** At what speeds the walks were that the model learned from, in words. */
+  get learned() {
+    const [least, most] = this.parameters.learned_speeds.map((speed) => speed?.toFixed(2));
+    return most ? `Learned from walks at ${least === most ? "" : `${least} to `}${most} m/s` : "";
   }
 
   body() {
@@ -90,8 +103,7 @@ export class Controls {
   }
 
   /** A slider for what each walker has of its own until it is set. */
-  own(name, named, label, step, text) {
-    const [min, max] = RANGES[name];
+  own(name, named, label, step, text, [min, max] = RANGES[name]) {
     const changed = (value) => this.app.change((one) => (one[name] = value));
     return new Slider({ label, named, min, max, step, text, changed, own: "use the walker's own" });
   }
@@ -142,12 +154,24 @@ export class Controls {
     const percent = (share) => `${(100 * share).toFixed(share < 0.095 ? 1 : 0)} %`;
     return Array.from({ length: components }, (_, k) => {
       this.directions[`c${k}`] = Array.from({ length: components }, (_, i) => Number(i === k));
-      return new Slider({
+      const slider = new Slider({
         label: `Direction ${k + 1}, in standard deviations; it explains ${percent(shares[k])} of the variance`,
         named: `${k + 1}  ·  ${percent(shares[k])}`,
         ...this.holding(`c${k}`, `Direction ${k + 1}`),
       });
+      slider.name = `Direction ${k + 1}`;
+      return slider;
     });
+  }
+
+  /** Say what a closed lock does, once there is one. */
+  explainLocks({ held }) {
+    const name = (slider) => this[slider[0] === "t" ? "traitsSliders" : "componentsSliders"][Number(slider.slice(1))].name;
+    const names = held.map((slider) => `“${name(slider)}”`);
+    const told = document.getElementById("held-hint");
+    told.hidden = !held.length;
+    const words = `${names.join(", ")}: held as you set ${held.length > 1 ? "them" : "it"} while other sliders move. Click a closed lock to let its slider move along.`;
+    if (told.textContent !== words) told.textContent = words; // it is read aloud
   }
 
   /** Show the settings of a person. */
@@ -168,6 +192,8 @@ export class Controls {
     speed.show(one.speed ?? (walker.speed || 1.2), one.speed !== null, walker.cyclic ? null : "its own");
     const [height, weight] = this.bodySliders;
     height.show(one.height ?? walker.body.height, one.height !== null);
-    weight.show(one.weight ?? USUAL_BMI * walker.body.height ** 2, one.weight !== null, "its own");
+    const own = walker.cycle?.weight ?? null; // null of walkers without a person's body
+    weight.show(one.weight ?? own ?? USUAL_BMI * walker.body.height ** 2, one.weight !== null, own === null ? "its own" : null);
+    this.explainLocks(one);
   }
 }

@@ -64,7 +64,7 @@ export class Slider {
       this.row.append(this.own);
     }
     if (held) {
-      this.lock = part("button", { type: "button", className: "lock", title: "Hold this value while other sliders move" });
+      this.lock = part("button", { type: "button", className: "lock" });
       this.lock.setAttribute("aria-label", `Hold ${label.split(/[:,]/)[0]}`);
       this.lock.addEventListener("click", () => held(this.lock.getAttribute("aria-pressed") !== "true"));
       this.row.append(this.lock);
@@ -88,6 +88,7 @@ export class Slider {
   /** Show whether the value is held. */
   hold(on) {
     this.lock.setAttribute("aria-pressed", String(on));
+    this.lock.title = on ? "Held: other sliders leave this value as it is. Click to let it move along" : "Moves along with other sliders. Click to hold it";
   }
 }
 

@@ -1,6 +1,6 @@
 // The gait of a walk: joint angles over the gait cycle beside people's, step parameters, and both as CSV.
 
-import { save } from "../controls/download.js";
+import { fileName, save } from "../controls/download.js";
 import { make } from "../controls/widgets.js";
 import { chart } from "./charts.js";
 
@@ -8,22 +8,24 @@ const ORDER = ["pelvis", "hip", "knee", "ankle", "foot"];
 const MAIN = ["speed", "cadence", "stride_length", "step_length", "step_width", "stride_time", "stance", "double_support", "step_length_symmetry", "step_time_symmetry"];
 const words = (name) => `${name[0].toUpperCase()}${name.slice(1).replaceAll("_", " ")}`;
 const counted = (n, one) => (n === 1 ? `one ${one}` : `${n} ${one}s`);
+/** Strides of both sides in words, as a report has them. */
+export const sided = ({ left, right }) => `${counted(left, "left stride")} and ${counted(right, "right stride")}`;
 const rounded = (value, unit) => (value === null ? "" : value.toFixed(unit === "m" || unit === "m/s" || unit === "s" ? 2 : 1).replace("-", "−"));
 
-/** The dialogue of a `GaitReport`; `title` says whose gait it is. */
+/** The dialogue of a `GaitReport`; `title` says whose gait it is, and `name` what its files are called. */
 export class GaitDialogue {
-  constructor(report, title) {
+  constructor(report, title, name = title) {
     this.report = report;
     const heading = make("h2", { id: "gait-title", textContent: `Gait: ${title}` });
     this.walks = report.captures.filter(({ strides }) => strides);
-    const strides = this.walks.reduce((sum, capture) => sum + capture.strides, 0);
+    this.sides = Object.fromEntries(["left", "right"].map((side) => [side, this.most(side)]));
     const files = report.captures.length > 1 ? ` of ${report.captures.length} files` : "";
     this.drawn = make("div", { className: "charts" }, ...this.charts(null));
-    const hint = make("p", { className: "hint", textContent: `${counted(strides, "stride")}${files}, in percent of the gait cycle from initial contact. Dashed: toe-off. An arrow tells how far a curve leaves the axis.` });
+    const hint = make("p", { className: "hint", textContent: `${sided(this.sides)}${files}, in percent of the gait cycle from initial contact. Dashed: toe-off. An arrow tells how far a curve leaves the axis.` });
     const body = make("div", { className: "gait", tabIndex: 0 }, ...this.doubts(), this.legend(), ...this.choice(), this.drawn, this.table(), ...this.profile(), this.notes());
     body.setAttribute("role", "region");
     body.setAttribute("aria-label", "Joint angles and step parameters");
-    const csv = make("button", { type: "button", textContent: "Save as CSV", onclick: () => this.save(title) });
+    const csv = make("button", { type: "button", textContent: "Save as CSV", onclick: () => this.save(name) });
     const closing = make("button", { type: "button", className: "strong", textContent: "Close", onclick: () => this.dialog.close() });
     const footer = make("footer", {}, make("div", { className: "actions" }, csv, closing));
     this.dialog = make("dialog", { className: "naming gait-dialogue" }, make("header", {}, heading, hint), body, footer);
@@ -46,10 +48,15 @@ export class GaitDialogue {
     return lines;
   }
 
+  /** How many strides of a side the angles are of. */
+  most(side) {
+    const { angles } = this.report;
+    return Math.max(0, ...Object.keys(angles).filter((name) => name.startsWith(side)).map((name) => angles[name].n));
+  }
+
   legend() {
-    const { band, angles } = this.report;
-    const most = (side) => Math.max(0, ...Object.keys(angles).filter((name) => name.startsWith(side)).map((name) => angles[name].n));
-    const sides = ["left", "right"].map((side) => [side, `${side}: ${most(side) > 1 ? "mean ± SD of " : ""}${counted(most(side), "stride")}`]);
+    const { band } = this.report;
+    const sides = Object.entries(this.sides).map(([side, n]) => [side, `${side}: ${n > 1 ? "mean ± SD of " : ""}${counted(n, "stride")}`]);
     const kinds = [...sides, ...(band ? [["band", `${band.people} people, mean ± SD`]] : [])];
     return make("p", { className: "legend" }, ...kinds.map(([className, textContent]) => make("span", { className, textContent })));
   }
@@ -57,7 +64,7 @@ export class GaitDialogue {
   /** The choice of one walk among several, whose angles are then drawn instead of all walks' means. */
   choice() {
     if (this.walks.length < 2) return [];
-    const names = this.walks.map(({ name, strides }) => make("option", { value: name, textContent: `${name} (${counted(strides, "stride")})` }));
+    const names = this.walks.map(({ name, sides }) => make("option", { value: name, textContent: `${name} (${sided(sides)})` }));
     const select = make("select", {}, make("option", { value: "", textContent: "the mean of all files" }), ...names);
     select.addEventListener("change", () => this.drawn.replaceChildren(...this.charts(select.value || null)));
     return [make("label", { className: "field", textContent: "Bold: " }, select)];
@@ -120,7 +127,7 @@ export class GaitDialogue {
     return make("ul", { className: "found" }, ...told.map((textContent) => make("li", { textContent })));
   }
 
-  save(title) {
+  save(name) {
     const rows = [["kind", "name", "side", "percent", "unit", "mean", "sd", "n"]];
     for (const { name, side, unit, mean, sd, n } of this.report.parameters) rows.push(["parameter", name, side, "", unit, mean, sd, n]);
     for (const { name, side, value, n } of this.report.profile) rows.push(["profile", name, side, "", "degrees", value, "", n]);
@@ -129,6 +136,6 @@ export class GaitDialogue {
       mean.forEach((value, percent) => rows.push(["angle", name, side, percent, "degrees", value, sd[percent], n]));
     }
     const text = rows.map((row) => row.map((value) => value ?? "").join(",")).join("\n");
-    save(new Blob([`${text}\n`], { type: "text/csv" }), `${title.replace(/[^\w-]+/g, "-")}-gait.csv`);
+    save(new Blob([`${text}\n`], { type: "text/csv" }), fileName(name, "gait", "csv"));
   }
 }

@@ -1,11 +1,11 @@
 // The dialogue in which stimuli for experiments are set up, seen as they will be, and downloaded.
 
 import { motion, ServiceError } from "../api/requests.js";
-import { save } from "../controls/download.js";
+import { fileName, save } from "../controls/download.js";
 import { make } from "../controls/widgets.js";
 import { paint } from "./picture.js";
 import { PointLights, ringOf } from "./point_lights.js";
-import { displayOf, GROUPS, parsed, plain, problem, SETTINGS, setOf } from "./settings.js";
+import { displayOf, GROUPS, parsed, plain, problem, SETTINGS, setOf, shownIn } from "./settings.js";
 
 const ZIP = "application/zip";
 const HINT = "What you see is what the files show. The same settings and seed make the same stimuli again.";
@@ -15,11 +15,12 @@ const button = (textContent, properties = {}) => make("button", { type: "button"
  * The dialogue.
  *
  * `walkers` walk in place and `people` are how a request names them; `first` is the one seen at first. `stimulus` are its
- * settings at the start; `changed(stimulus)` tells of others, and of null when it closes.
+ * settings at the start; `changed(stimulus)` tells of others, and of null when it closes. `name` is what files of the
+ * walkers are called.
  */
 export class StimulusDialogue {
-  constructor({ walkers, people, first, stimulus, paused, changed }) {
-    Object.assign(this, { people, stimulus, paused, changed });
+  constructor({ walkers, people, first, stimulus, paused, changed, name }) {
+    Object.assign(this, { people, stimulus, paused, changed, name });
     this.rings = walkers.map(ringOf);
     this.edges = walkers[0].parameters.edges;
     this.seen = first;
@@ -46,6 +47,7 @@ export class StimulusDialogue {
     this.canvas.setAttribute("aria-label", "The stimulus as it will be");
     this.status = make("p", { className: "status" });
     this.status.setAttribute("role", "status");
+    this.why = make("p", { className: "hint bad wrong", id: "wrong-stimulus" });
     const title = make("h2", { id: "stimulus-title", textContent: "Point-light stimuli" });
     const header = make("header", {}, title, make("p", { className: "hint", textContent: HINT }));
     const view = make("div", { className: "naming-view" }, this.canvas, this.playing());
@@ -108,6 +110,7 @@ export class StimulusDialogue {
   set(setting, text) {
     const value = setting.none && text.trim() === "" ? null : parsed(setting, text);
     this.stimulus = { ...this.stimulus, [setting.name]: value };
+    this.last = setting.name;
     this.update();
     const given = Number.parseFloat(text);
     if (setting.step && given !== value && value !== null) this.say(`${setting.label}: ${value} is used; it can be from ${setting.min} to ${setting.max}.`);
@@ -163,7 +166,22 @@ export class StimulusDialogue {
     this.painted = null;
     this.adding.disabled = this.downloading.disabled = Boolean(wrong);
     this.clearing.hidden = !displays.length;
-    this.say(wrong || this.summary(), Boolean(wrong));
+    this.mark(wrong);
+    this.say(wrong?.words ?? this.summary(), Boolean(wrong));
+  }
+
+  /** Mark the settings that can't be as they are, and say why below the one that was changed last. */
+  mark(wrong) {
+    for (const [name, input] of this.inputs) {
+      input.setAttribute("aria-invalid", String(Boolean(wrong?.about.includes(name))));
+      input.removeAttribute("aria-describedby");
+    }
+    this.why.remove();
+    if (!wrong) return;
+    const input = this.inputs.get(wrong.about.includes(this.last) ? this.last : wrong.about[0]);
+    this.why.textContent = wrong.words;
+    input.setAttribute("aria-describedby", this.why.id);
+    input.closest("label").after(this.why);
   }
 
   summary() {
@@ -192,7 +210,7 @@ export class StimulusDialogue {
     this.say("Making the stimuli …");
     try {
       const blob = await motion({ path: "/v1/stimuli", body: setOf(this.stimulus, this.people, displays) }, ZIP);
-      save(blob, "stimuli.zip");
+      save(blob, fileName("motionenv", "stimuli", this.name, this.displays.length ? "" : shownIn(this.stimulus), "zip"));
       this.say(`Saved: ${(blob.size / 1000).toFixed(0)} kB. stimuli.json has every setting.`);
     } catch (error) {
       this.say(error instanceof ServiceError ? error.message : `Download failed: ${error.message}`, true);

@@ -57,16 +57,25 @@ export function parsed({ name, home, min, max, choices }, text) {
   return WHOLE.includes(name) ? Math.round(within) : within;
 }
 
-/** Why there is no such stimulus, for the user; empty if there is. */
+/** Why there is no such stimulus, for the user, and the names of the settings that it is about; null if there is one. */
 export function problem({ dots, lifetime, background, contrast, seconds, fps }) {
-  if (lifetime !== null && dots === 15) return "A lifetime needs fewer dots at a time than 15: none is free to appear.";
+  if (lifetime !== null && dots === 15) return { words: "A lifetime needs fewer dots at a time than 15, as otherwise none is free to appear: set 14 or fewer.", about: ["dots", "lifetime"] };
   const grey = greyOf({ background, contrast });
-  if (Math.round(255 * grey) === Math.round(255 * background)) return "The dots are as grey as the background: choose another contrast.";
-  return Math.round(seconds * fps) > 7200 ? "A stimulus has 7200 frames at most: choose a shorter duration or fewer frames per second." : "";
+  if (Math.round(255 * grey) === Math.round(255 * background)) return { words: "The dots are as grey as the background: choose another contrast.", about: ["contrast", "background"] };
+  if (Math.round(seconds * fps) <= 7200) return null;
+  return { words: "A stimulus has 7200 frames at most: choose a shorter duration or fewer frames per second.", about: ["seconds", "fps"] };
 }
 
 /** Grey level of the dots, from 0 to 1. */
 export const greyOf = ({ background, contrast }) => background + Math.abs(contrast) * ((contrast > 0 ? 1 : 0) - background);
+
+const FACING = { 0: "side", 45: "oblique", 90: "front", 180: "side", 270: "back", "-90": "back" };
+
+/** What a display is like, in a few words. */
+export function shownIn({ view, inverted, scrambled, desynchronised, mask, lifetime, rate }) {
+  const told = { masked: mask > 0, "limited-lifetime": lifetime !== null, inverted, scrambled: scrambled || desynchronised, backwards: rate < 0 };
+  return [FACING[view] ?? `${view}-degrees`, ...Object.keys(told).filter((word) => told[word])].join("-");
+}
 
 /** What a request calls the display: all settings that aren't of the whole set. */
 export const displayOf = (stimulus) => Object.fromEntries(Object.entries(stimulus).filter(([name]) => !OF_SET.includes(name)));
