@@ -219,13 +219,18 @@ def directions(feet: Feet) -> np.ndarray:
 
 
 def walks_backwards(feet: Feet) -> bool:
-    """Whether the `feet` point against the direction of progression."""
-    ways = directions(feet)
-    pointing = np.concatenate([(feet.toe[s] - feet.heel[s])[:, :2] for s in feet.sides])
-    length = np.linalg.norm(pointing, axis=-1)
-    known = length > 0  # false where it is NaN
-    along = (pointing * np.tile(ways, (len(feet.sides), 1))).sum(-1)[known] / length[known]
-    return bool(known.any()) and float(np.median(along)) < _BACKWARDS
+    """Whether the `feet`, while they are low, mostly point against the direction of progression."""
+    return backward_share(feet) > 0.5
+
+
+def backward_share(feet: Feet) -> float:
+    """Share of the frames in which the `feet`, while they are low, point against the direction of progression."""
+    ways, against = directions(feet), [np.zeros(0)]
+    for side in feet.sides:
+        foot, height = (feet.toe[side] - feet.heel[side])[:, :2], bridged(feet.toe[side] + feet.heel[side])[:, 2]
+        along = (foot * ways).sum(-1) < _BACKWARDS * np.linalg.norm(foot, axis=-1)
+        against.append(along[height <= np.median(height)])
+    return float(np.mean(np.concatenate(against))) if len(feet.pelvis) else 0.0
 
 
 def _ahead(feet: Feet, foot: np.ndarray, ways: np.ndarray) -> np.ndarray:

@@ -228,6 +228,15 @@ def test_who_walks_backwards_lands_on_the_toes():
         assert max(np.abs(found - t).min() for t in landed) < 0.04
 
 
+@pytest.mark.parametrize(
+    "clip", ["dataset-1_run_active_001", "dataset-1_walk_normal_001", "dataset-1_walk-back_active_001"]
+)
+def test_runners_who_lift_their_feet_do_not_walk_backwards(mocap, clip):
+    """In swing, a runner's toe is behind the ankle. The clip's name says where it goes."""
+    folder = mocap / "bandai_namco/Bandai-Namco-Research-Motiondataset-1/data"
+    assert walks_backwards(feet_of(read(folder / f"{clip}.bvh"))) == ("back" in clip)
+
+
 def test_who_stands_takes_no_steps():
     assert kinematic_events(standing()) == ()
     assert (directions(standing()) == 0).all()
