@@ -1,5 +1,6 @@
 """One capture of a walk, analysed: joint angles, events, stretches and strides."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from motionenv._core.representation import OneLine, counted
 from motionenv.errors import GapError
-from motionenv.gait.events import Events, find_events, walks_backwards
+from motionenv.gait.events import Events, backward_share, find_events, walks_backwards
 from motionenv.gait.feet import Feet, feet_of
 from motionenv.gait.stretches import Stretch, find_stretches, on_treadmill
 from motionenv.gait.strides import Stride, find_strides, normalised, strides_by_phase
@@ -17,6 +18,9 @@ from motionenv.mocap.plausibility import find_doubts
 from motionenv.types import Markers, Motion
 
 _QUICKEST = 0.38  # [s] stride of a sprinter, at five steps a second
+_HASTE = 0.59  # [s/√m] stride of who walks in haste, over the square root of the leg's length
+_RUNS = 5.0  # [m/s²] least squared speed over the leg's length at which people run
+_MIXED = 0.25  # share of the frames that point against the way, in runners too
 
 #: Names of the angles without their side.
 ANGLES = tuple(name.removeprefix("left_") for name in CLINICAL_ANGLES if name.startswith("left_"))
@@ -73,20 +77,20 @@ class Trial(OneLine):
 def read_trial(
     path: str | Path, *, static: Markers | None = None, marker_map: MarkerMap | str | None = None,
     fps: float | None = None, unit: str | float | None = None, up: str | None = None, person: str | None = None,
-    method: str = "auto", wands: str = "auto",
+    method: str = "auto", wands: str = "auto", override: bool = False,
 ) -> Trial:  # fmt: skip
     """Read and analyse one capture file.
 
     Args:
         path: any file that `motionenv.read` reads.
         static, marker_map, method, wands: as in `analyse`.
-        fps, unit: frame rate [Hz] and unit of length, if the file doesn't specify them.
+        fps, unit, override: frame rate [Hz] and unit of length, if the file doesn't specify them, or in any case.
         up, person: vertical axis, and the one of several people, as of `motionenv.read`.
 
     Raises:
         MotionError: as in `motionenv.read` and `analyse`.
     """
-    capture = read(path, fps=fps, unit=unit, up=up, person=person, override=False)
+    capture = read(path, fps=fps, unit=unit, up=up, person=person, override=override)
     trial = analyse(capture, static=static, marker_map=marker_map, method=method, wands=wands)
     return trial if trial.name else replace(trial, name=Path(path).stem)
 
@@ -123,7 +127,7 @@ def analyse(
     strides = find_strides(feet, events, stretches) or _by_phase(feet, events, stretches)
     angles = _angles(capture, static, marker_map, wands)
     person = recording.subject if recording else ""
-    doubts = (*found, *_of_pace(strides))
+    doubts = (*found, *_of_strides(strides, feet))
     leg = _leg_length(capture, static)
     notes = (*capture.notes, *angles.notes, *events.notes, *notes_of(feet, strides))
     return Trial(capture.name, person, feet, angles, events, stretches, strides, leg, notes, doubts)
@@ -134,11 +138,23 @@ def _by_phase(feet: Feet, events: Events, stretches: tuple[Stretch, ...]) -> tup
     return tuple(s for s in strides_by_phase(feet, events, stretches) if np.isfinite(s.contact))
 
 
-def _of_pace(strides: tuple[Stride, ...]) -> tuple[str, ...]:
-    seconds = float(np.median([stride.seconds for stride in strides])) if strides else np.nan
-    if seconds < _QUICKEST:
-        return (f"strides of {seconds:.2f} s are shorter than a sprinter's: check the frame rate, fps= (--fps)",)
-    return ()
+def _of_strides(strides: tuple[Stride, ...], feet: Feet) -> Iterator[str]:
+    """Doubts about strides too quick for such legs, or for a sprinter, and about who turns to walk backwards."""
+    if not strides:
+        return
+    seconds, speed = (float(np.nanmedian([getattr(s, of) for s in strides])) for of in ("seconds", "speed"))
+    lowest = np.min([path[:, 2] for side in feet.sides for path in (feet.heel[side], feet.toe[side])], axis=0)
+    leg = float(np.nanmedian(feet.pelvis[:, 2] - lowest))
+    runs = _runs(strides) and speed**2 > _RUNS * leg
+    if seconds < _QUICKEST or (not runs and seconds < _HASTE * np.sqrt(leg)):
+        what = f"strides of {seconds:.2f} s at {speed:.1f} m/s are quicker than people's with legs of {leg:.2f} m"
+        yield f"{what}: check the frame rate, fps= (--fps)"
+    if _MIXED < (share := backward_share(feet)) < 1 - _MIXED:
+        yield f"{share:.0%} of the way are walked backwards, and events are found for one way only: cut the capture"
+
+
+def _runs(strides: tuple[Stride, ...]) -> bool:
+    return sum(stride.activity == "running" for stride in strides) > 0.5 * len(strides)
 
 
 def _angles(capture: Markers | Motion, static, marker_map, wands: str) -> ClinicalAngles:
@@ -180,7 +196,7 @@ def notes_of(feet: Feet, strides: tuple[Stride, ...]) -> tuple[str, ...]:
         notes.append("no stride is steady: the figures are of strides in which the walker turns or changes speed")
     if walks_backwards(feet):
         notes.append("the walker goes backwards, so initial contact is the toes' and toe-off the heel's")
-    if sum(stride.activity == "running" for stride in strides) > 0.5 * len(strides):
+    if _runs(strides):
         notes.append("both feet are in the air between steps, so this is running and has no double support")
     if on_treadmill(feet):
         notes.append(
