@@ -230,7 +230,8 @@ def backward_share(feet: Feet) -> float:
         foot, height = (feet.toe[side] - feet.heel[side])[:, :2], bridged(feet.toe[side] + feet.heel[side])[:, 2]
         along = (foot * ways).sum(-1) < _BACKWARDS * np.linalg.norm(foot, axis=-1)
         against.append(along[height <= np.median(height)])
-    return float(np.mean(np.concatenate(against))) if len(feet.pelvis) else 0.0
+    pointing = np.concatenate(against)
+    return float(pointing.sum() / max(len(pointing), 1))
 
 
 def _ahead(feet: Feet, foot: np.ndarray, ways: np.ndarray) -> np.ndarray:

@@ -14,11 +14,12 @@ from motionenv.gait.stretches import Stretch, find_stretches, on_treadmill
 from motionenv.gait.strides import Stride, find_strides, normalised, strides_by_phase
 from motionenv.mocap import MarkerMap, read, retarget
 from motionenv.mocap.clinical import CLINICAL_ANGLES, ClinicalAngles, clinical_angles, measurements_of
+from motionenv.mocap.clinical.gait_model import middle
 from motionenv.mocap.plausibility import find_doubts
 from motionenv.types import Markers, Motion
 
 _QUICKEST = 0.38  # [s] stride of a sprinter, at five steps a second
-_HASTE = 0.59  # [s/√m] stride of who walks in haste, over the square root of the leg's length
+_HASTE = 0.65  # [s/√m] stride of who walks in haste, over the square root of the leg's length
 _RUNS = 5.0  # [m/s²] least squared speed over the leg's length at which people run
 _MIXED = 0.25  # share of the frames that point against the way, in runners too
 
@@ -127,7 +128,7 @@ def analyse(
     strides = find_strides(feet, events, stretches) or _by_phase(feet, events, stretches)
     angles = _angles(capture, static, marker_map, wands)
     person = recording.subject if recording else ""
-    doubts = (*found, *_of_strides(strides, feet))
+    doubts = (*found, *doubts_of(feet, strides))
     leg = _leg_length(capture, static)
     notes = (*capture.notes, *angles.notes, *events.notes, *notes_of(feet, strides))
     return Trial(capture.name, person, feet, angles, events, stretches, strides, leg, notes, doubts)
@@ -138,13 +139,13 @@ def _by_phase(feet: Feet, events: Events, stretches: tuple[Stretch, ...]) -> tup
     return tuple(s for s in strides_by_phase(feet, events, stretches) if np.isfinite(s.contact))
 
 
-def _of_strides(strides: tuple[Stride, ...], feet: Feet) -> Iterator[str]:
-    """Doubts about strides too quick for such legs, or for a sprinter, and about who turns to walk backwards."""
+def doubts_of(feet: Feet, strides: tuple[Stride, ...]) -> Iterator[str]:
+    """Doubts about `strides` of `feet` too quick for such legs, or for a sprinter, and who turns to walk backwards."""
     if not strides:
         return
-    seconds, speed = (float(np.nanmedian([getattr(s, of) for s in strides])) for of in ("seconds", "speed"))
-    lowest = np.min([path[:, 2] for side in feet.sides for path in (feet.heel[side], feet.toe[side])], axis=0)
-    leg = float(np.nanmedian(feet.pelvis[:, 2] - lowest))
+    seconds, speed = (middle(np.array([getattr(s, of) for s in strides])) for of in ("seconds", "speed"))
+    feet_at = [path[:, 2] for side in feet.sides for path in (feet.heel[side], feet.toe[side])]
+    leg = middle(feet.pelvis[:, 2] - np.fmin.reduce(feet_at))
     runs = _runs(strides) and speed**2 > _RUNS * leg
     if seconds < _QUICKEST or (not runs and seconds < _HASTE * np.sqrt(leg)):
         what = f"strides of {seconds:.2f} s at {speed:.1f} m/s are quicker than people's with legs of {leg:.2f} m"
@@ -183,7 +184,7 @@ def _leg_length(capture: Markers | Motion, static: Markers | None) -> float | No
 def notes_of(feet: Feet, strides: tuple[Stride, ...]) -> tuple[str, ...]:
     """What a reader of the figures of these `feet` and `strides` should know."""
     notes = list(feet.notes)
-    if len(feet.sides) < 2:
+    if len(feet.sides) == 1:
         notes.append(f"only the {'/'.join(feet.sides)} leg was captured, so there are no steps")
     if not strides:  # nor does it walk anywhere
         return (*notes, "no stride was found, so there are no step parameters")

@@ -25,7 +25,7 @@ from motionenv.gait.feet import Feet, bridged, smoothed
 from motionenv.gait.stretches import Stretch, find_stretches
 from motionenv.gait.strides import Stride, find_strides, mean_and_sd, normalised
 from motionenv.gait.summary import Parameter, summarise
-from motionenv.gait.trial import ANGLES, notes_of
+from motionenv.gait.trial import ANGLES, doubts_of, notes_of
 from motionenv.lifting.pipeline import BAND, FROM_AFAR, Lifted, motion_of
 from motionenv.mocap.clinical import clinical_angles
 from motionenv.mocap.clinical.gait_model import SIGN, frame
@@ -416,5 +416,6 @@ def _warnings(lifted: Lifted, estimate: _Walk) -> tuple[str, ...]:
         FROM_AFAR: lifted.points.unit == "m",
         f"left and right were exchanged in {swapped} frames, which was corrected": swapped > 0,
     }  # fmt: skip
-    notes = [text for text, holds in said.items() if holds] + [*notes_of(estimate.feet, estimate.strides), _HIPS]
+    of_feet = [*doubts_of(estimate.feet, estimate.strides), *notes_of(estimate.feet, estimate.strides)]
+    notes = [*(text for text, holds in said.items() if holds), *of_feet, _HIPS]
     return tuple(f"{note[0].upper()}{note[1:]}." for note in notes)

@@ -15,6 +15,7 @@ from motionenv._core.representation import counted
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import NODES
 from motionenv.errors import MotionError
+from motionenv.mocap.clinical.gait_model import middle
 from motionenv.mocap.clinical.sagittal import is_flat
 from motionenv.mocap.marker_sets import MarkerMap, find_landmarks
 from motionenv.mocap.retargeting import find_nodes
@@ -179,7 +180,7 @@ def _of_nodes(nodes: np.ndarray, fps: float, landmarks: dict[str, np.ndarray]) -
     yield from _of_trunk(at)
     yield from _of_knees(at)
     steps = np.linalg.norm(np.diff(at["pelvis"], axis=0), axis=-1) * fps
-    speed = _median(steps)
+    speed = middle(steps)
     if speed > _FASTEST:
         yield f"the pelvis moves at {speed:.3g} m/s, faster than anybody runs: check unit= (--unit) and fps= (--fps)"
 
@@ -218,7 +219,7 @@ def _of_trunk(at: dict[str, np.ndarray]) -> Iterator[str]:
     top, pelvis = _middle(at, _TOP), _middle(at, _PELVIS)
     if top is not None and pelvis is not None:
         trunk = top - pelvis
-        rise = _median(trunk[:, 2] / np.maximum(np.linalg.norm(trunk, axis=-1), 1e-12))
+        rise = middle(trunk[:, 2] / np.maximum(np.linalg.norm(trunk, axis=-1), 1e-12))
         if rise < -_UPRIGHT:
             yield "the shoulders are below the pelvis"
 
@@ -227,7 +228,7 @@ def _of_knees(at: dict[str, np.ndarray]) -> Iterator[str]:
     """Knees on each other's side, and those that bend backwards about the axis from the right hip to the left one."""
     across = at["left_hip"] - at["right_hip"]
     width = np.maximum(np.linalg.norm(across, axis=-1), 1e-12)
-    if _median(((at["left_knee"] - at["right_knee"]) * across).sum(-1) / width) < _CROSSED:
+    if middle(((at["left_knee"] - at["right_knee"]) * across).sum(-1) / width) < _CROSSED:
         yield "the left knee is on the right of the right one, as if the legs' sides were exchanged"
     bend = []
     for side in ("left", "right"):
@@ -250,13 +251,13 @@ def _of_feet(nodes: np.ndarray, at: dict[str, np.ndarray]) -> Iterator[str]:
         if {f"{side}_heel", f"{side}_toe"} <= at.keys():
             foot = at[f"{side}_toe"] - at[f"{side}_heel"]
             size = np.linalg.norm(foot, axis=-1) * np.linalg.norm(ahead, axis=-1)
-            if _median((foot * ahead).sum(-1) / np.maximum(size, 1e-12)) < _FOOT:
+            if middle((foot * ahead).sum(-1) / np.maximum(size, 1e-12)) < _FOOT:
                 yield f"the {side} foot points backwards, as if heel and toe were exchanged"
         own = {k.partition("_")[2].removesuffix("_lateral"): at[k] for k in at if side in k and "ankle" != k[-5:]}
         own["hip"] = nodes[:, NODES.index(f"{side}_hip")]
         apart = lambda one, other, own=own: np.linalg.norm(own.get(one, _NOWHERE) - own.get(other, _NOWHERE), axis=-1)
         for start, near, far in _ORDERED:
-            if _median(apart(start, far) - apart(start, near)) < 0:
+            if middle(apart(start, far) - apart(start, near)) < 0:
                 yield f"the {side} {far} is nearer to the {start} than the {near} is, as if the two were exchanged"
         for one, other in _TOGETHER:
             known = apart(one, other)[np.isfinite(apart(one, other))]
@@ -370,8 +371,3 @@ def _leaves(points: np.ndarray, held: np.ndarray, n: int, run: slice, off: float
     usual = distances[:, spread.argmin()]
     away = np.maximum(usual[run] - np.nanmax(usual[free]), np.nanmin(usual[free]) - usual[run])
     return bool(away.max() > off)
-
-
-def _median(values: np.ndarray) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else float("nan")
