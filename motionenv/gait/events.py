@@ -17,6 +17,7 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from motionenv._core.representation import OneLine
+from motionenv._core.runs import runs
 from motionenv._core.validation import checked_choice
 from motionenv.errors import MotionError
 from motionenv.gait.feet import Feet, bridged, smoothed
@@ -141,11 +142,9 @@ def plate_events(plates: Sequence[ForcePlate], feet: Feet) -> tuple[Event, ...]:
 def _loadings(plate: ForcePlate) -> list[tuple[float, float]]:
     """Start and end [s] of each stance on a plate."""
     up = plate.force[:, 2]
-    loaded = np.concatenate([[False], up > _LOADED, [False]])
-    edges = np.flatnonzero(np.diff(loaded.astype(np.int8))).reshape(-1, 2)
     return [
-        (float(start / plate.fps), float(end / plate.fps))
-        for start, end in edges
+        (start / plate.fps, end / plate.fps)
+        for start, end in runs(up > _LOADED)
         if _STANCE[0] <= (end - start) / plate.fps <= _STANCE[1] and up[start:end].max() >= _STEPS_ON
     ]
 
@@ -306,7 +305,5 @@ def _summit(signal: np.ndarray, frame: int) -> float:
 def _seen(path: np.ndarray, time: float, fps: float) -> bool:
     """Whether an event is neither in a gap of the point's path nor at its edge."""
     around = max(round(_AROUND * fps), 1)
-    unknown = ~np.isfinite(path).all(-1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], unknown, [False]]).astype(np.int8))).reshape(-1, 2)
-    long = edges[(edges[:, 1] - edges[:, 0]) / fps > _GAP]
-    return not any(first - around <= time * fps < last + around for first, last in long)
+    gaps = [(a, b) for a, b in runs(~np.isfinite(path).all(-1)) if (b - a) / fps > _GAP]
+    return not any(first - around <= time * fps < last + around for first, last in gaps)

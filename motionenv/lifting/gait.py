@@ -18,6 +18,7 @@ from scipy.special import stdtrit
 
 from motionenv._core.representation import OneLine, counted
 from motionenv._core.rotations import to_euler
+from motionenv._core.runs import runs
 from motionenv._core.validation import checked_whole
 from motionenv.errors import GapError
 from motionenv.gait.events import find_events
@@ -317,21 +318,15 @@ def _cut(lifted: Lifted) -> tuple[np.ndarray, tuple[Cut, ...]]:
     unlike = "postures are unlike those of people who walk, turn or run"
     for what, where in (("nobody is seen", nobody), (unlike, lifted.unlike & ~nobody)):
         gone |= where[:, None]
-        found += [Cut(a / fps, b / fps, what) for a, b in _runs(where)]
+        found += [Cut(a / fps, b / fps, what) for a, b in runs(where)]
     for name in (f"{side}_{joint}" for joint in ("hip", "knee", "ankle") for side in SIGN):
         hidden = ~np.isfinite(lifted.points.positions[:, _M[name]]).all(-1) & ~gone[:, _M["pelvis"]]
-        for a, b in _runs(hidden):
+        for a, b in runs(hidden):
             if b - a > _HIDDEN * fps:
                 gone[a:b, _M[name]] = True
                 what = f"the {name.replace('_', ' ')} is hidden or out of the picture, so its angles are cut out"
                 found.append(Cut(a / fps, b / fps, what))
     return gone, tuple(sorted(found, key=lambda cut: cut.start))
-
-
-def _runs(where: np.ndarray) -> list[tuple[int, int]]:
-    """First frames and ends of the runs in which `where` (frames,) is true."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _too_wide(deviations: np.ndarray) -> dict[str, str]:

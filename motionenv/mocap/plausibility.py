@@ -12,6 +12,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from motionenv._core.representation import counted
+from motionenv._core.runs import runs
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import NODES
 from motionenv.errors import MotionError
@@ -311,17 +312,17 @@ def _unstuck(markers: Markers) -> Markers:
     held = _held(points)
     stopped = _stopped(points, held)
     notes = [f"no point moves at {a / markers.fps:.2f} to {(b - 1) / markers.fps:.2f} s, then all jump: gaps there"
-             for a, b in _runs(stopped)]  # fmt: skip
+             for a, b in runs(stopped)]  # fmt: skip
     held &= ~stopped[:, None]
     stuck = np.zeros_like(held)
     steps = np.abs(np.diff(points, axis=0))
     off = max(_OFF, _ROUNDED * float(np.min(steps, initial=_OFF, where=steps > 0)))
     for n in np.flatnonzero(held.any(0)).tolist():
-        for start, end in _runs(held[:, n]):
+        for start, end in runs(held[:, n]):
             stuck[start:end, n] = _leaves(points, held, n, slice(start, end), off)
     told = []
     for n in np.flatnonzero(stuck.any(0)).tolist():
-        spans = [f"{a / markers.fps:.2f} to {(b - 1) / markers.fps:.2f}" for a, b in _runs(stuck[:, n])]
+        spans = [f"{a / markers.fps:.2f} to {(b - 1) / markers.fps:.2f}" for a, b in runs(stuck[:, n])]
         told.append(f"{markers.names[n]} ({', '.join(spans[:_MOST])}{', ...' if len(spans) > _MOST else ''} s)")
     more = f" and {counted(len(told) - _MOST, 'other marker')}" if len(told) > _MOST else ""
     if told:
@@ -336,7 +337,7 @@ def _stopped(points: np.ndarray, held: np.ndarray) -> np.ndarray:
     """Frames (frames,) in which the recording stood still, all points having repeated their place before they jump."""
     seen = np.isfinite(points).all(-1)
     stopped = np.zeros(len(points), dtype=bool)
-    for start, end in _runs((held | ~seen).all(1) & seen.any(1)):
+    for start, end in runs((held | ~seen).all(1) & seen.any(1)):
         if end < len(points) and np.nanmedian(np.linalg.norm(points[end] - points[end - 1], axis=-1)) > _JUMP:
             stopped[start + 1 : end] = True
     return stopped
@@ -347,15 +348,9 @@ def _held(points: np.ndarray) -> np.ndarray:
     same = (points[1:] == points[:-1]).all(-1)
     held = np.zeros(points.shape[:2], dtype=bool)
     for n in np.flatnonzero(same.any(0)):
-        for start, end in _runs(same[:, n]):
+        for start, end in runs(same[:, n]):
             held[start : end + 1, n] |= end - start >= _REPEATS
     return held
-
-
-def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
-    """Start and end of each run of True in `flags` (frames,)."""
-    edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def _leaves(points: np.ndarray, held: np.ndarray, n: int, run: slice, off: float) -> bool:
