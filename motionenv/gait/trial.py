@@ -20,6 +20,7 @@ from motionenv.types import Markers, Motion
 
 _QUICKEST = 0.38  # [s] stride of a sprinter, at five steps a second
 _HASTE = 0.65  # [s/√m] stride of who walks in haste, over the square root of the leg's length
+_SMALL, _LEISURE = 0.45, 1.6  # [m] legs of toddlers, who step quickly, and [s/√m] a stride that they never take
 _RUNS = 5.0  # [m/s²] least squared speed over the leg's length at which people run
 _MIXED = 0.25  # share of the frames that point against the way, in runners too
 
@@ -147,9 +148,11 @@ def doubts_of(feet: Feet, strides: tuple[Stride, ...]) -> Iterator[str]:
     feet_at = [path[:, 2] for side in feet.sides for path in (feet.heel[side], feet.toe[side])]
     leg = middle(feet.pelvis[:, 2] - np.fmin.reduce(feet_at))
     runs = _runs(strides) and speed**2 > _RUNS * leg
-    if seconds < _QUICKEST or (not runs and seconds < _HASTE * np.sqrt(leg)):
-        what = f"strides of {seconds:.2f} s at {speed:.1f} m/s are quicker than people's with legs of {leg:.2f} m"
-        yield f"{what}: check the frame rate, fps= (--fps)"
+    quick = seconds < _QUICKEST or (not runs and seconds < _HASTE * np.sqrt(leg))
+    if quick or (leg < _SMALL and seconds > _LEISURE * np.sqrt(leg)):
+        than, check = ("quicker", "frame rate, fps= (--fps)") if quick else ("slower", "unit of length, unit= (--unit)")
+        what = f"strides of {seconds:.2f} s at {speed:.1f} m/s are {than} than people's with legs of {leg:.2f} m"
+        yield f"{what}: check the {check}"
     if _MIXED < (share := backward_share(feet)) < 1 - _MIXED:
         yield f"{share:.0%} of the way are walked backwards, and events are found for one way only: cut the capture"
 

@@ -172,6 +172,16 @@ def test_a_frame_rate_that_makes_people_too_quick_is_doubted_and_can_be_given(mo
     assert np.median([stride.seconds for stride in mended.strides]) == pytest.approx(seconds, abs=0.02)
 
 
+def test_toddlers_legs_do_not_step_as_slowly_as_adults(mocap):
+    """Inches called centimetres. A toddler of that size swings legs as a pendulum of their length does."""
+    walk = read(mocap / f"{PIG}PiG_Motion-FlatFoot-Full.c3d")
+    small = Markers(walk.names, walk.positions / 2.54, walk.fps)
+    (doubt,) = analyse(small).doubts
+    assert "slower than people's with legs of 0.3" in doubt
+    toddler = Markers(walk.names, walk.positions / 2.54, walk.fps * np.sqrt(2.54))
+    assert analyse(toddler).doubts == ()
+
+
 @pytest.mark.parametrize("run", ["run200", "run500"])
 def test_runners_are_not_too_quick(mocap, run):
     assert read_trial(mocap / f"nimble/osim/HamnerSubject04/subject04/trials/{run}/markers.trc").doubts == ()
