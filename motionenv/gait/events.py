@@ -27,6 +27,7 @@ from motionenv.types import Event, ForcePlate, Recording
 #: Where events may come from.
 METHODS = ("auto", "file", "plates", "kinematics")
 _FEW = 2  # events that say nothing about sides
+_SHIFT = 0.06  # [s] by which both contacts and toe-offs are late, or early: then the file's clock is another
 _SAME = 0.3  # [s] within which two events of a kind and side are the same one: no foot steps again so soon
 
 # Force plates
@@ -89,9 +90,9 @@ def find_events(feet: Feet, recording: Recording | None = None, method: str = "a
     notes: tuple[str, ...] = ()
     if method != "auto":
         found = {method: found[method]}
-    elif _exchanged(found["file"], found["kinematics"]):
+    elif wrong := _wrong(found["file"], found["kinematics"]):
         found["file"] = ()
-        notes = ("the file's events name the wrong sides, so they are left out",)
+        notes = (f"the file's events {wrong}, so they are left out",)
     kept: list[Event] = []
     sources = {}
     for name, events in found.items():
@@ -103,12 +104,18 @@ def find_events(feet: Feet, recording: Recording | None = None, method: str = "a
     return Events(tuple(sorted(kept, key=lambda event: event.time)), {k: n for k, n in sources.items() if n}, notes)
 
 
-def _exchanged(marked: Sequence[Event], seen: Sequence[Event]) -> bool:
-    """Whether events fit those seen in the paths of the feet better with left and right exchanged."""
+def _wrong(marked: Sequence[Event], seen: Sequence[Event]) -> str:
+    """What is wrong with `marked` events, by those seen in the paths of the feet: sides, or all times alike; or ""."""
     other = {"left": "right", "right": "left"}
     fits = sum(any(_same(a, b) for b in seen) for a in marked)
     fits_exchanged = sum(any(_same(replace(a, side=other[a.side]), b) for b in seen) for a in marked)
-    return fits_exchanged > max(2 * fits, _FEW)
+    if fits_exchanged > max(2 * fits, _FEW):
+        return "name the wrong sides, or other times"
+    off = []
+    for kind in ("initial_contact", "toe_off"):
+        late = [a.time - b.time for a in marked for b in seen if a.kind == kind and _same(a, b)]
+        off.append(float(np.median(late)) if len(late) >= _FEW else 0.0)
+    return f"are {np.mean(off):+.2f} s from what the feet do" if min(off) > _SHIFT or max(off) < -_SHIFT else ""
 
 
 def _same(a: Event, b: Event) -> bool:

@@ -29,7 +29,7 @@ from motionenv.gait.summary import Parameter, summarise
 from motionenv.gait.trial import ANGLES, doubts_of, notes_of
 from motionenv.lifting.pipeline import BAND, FROM_AFAR, Lifted, motion_of
 from motionenv.mocap.clinical import clinical_angles
-from motionenv.mocap.clinical.gait_model import SIGN, frame
+from motionenv.mocap.clinical.gait_model import SIGN, frame, unit
 from motionenv.mocap.clinical.progression import progression
 from motionenv.types import MARKERS
 
@@ -232,7 +232,7 @@ def _angles(places: np.ndarray, ends: np.ndarray | None, fps: float) -> np.ndarr
     hips = places[:, _M["left_hip"]] - places[:, _M["right_hip"]]
     shoulders = places[:, _M["left_shoulder"]] - places[:, _M["right_shoulder"]]
     spine = 0.5 * (places[:, _M["left_shoulder"]] + places[:, _M["right_shoulder"]]) - places[:, _M["pelvis"]]
-    x, y = _unit(np.cross(hips, [0.0, 0.0, 1.0])), _unit(hips)
+    x, y = unit(np.cross(hips, [0.0, 0.0, 1.0])), unit(hips)
     pelvis = np.stack([x, y, np.cross(x, y)], axis=-1)
     way = progression(places[:, _M["pelvis"]], pelvis, fps, axes=False)
     sign = np.array(list(SIGN.values()))
@@ -253,10 +253,6 @@ def _angles(places: np.ndarray, ends: np.ndarray | None, fps: float) -> np.ndarr
         turned = np.einsum("tba,tb->ta", way, toe - heel)
         angle["foot_progression"][:, k] = -sign[k] * np.degrees(np.arctan2(turned[:, 1], turned[:, 0]))
     return out.reshape(len(out), -1)
-
-
-def _unit(lines: np.ndarray) -> np.ndarray:
-    return lines / np.linalg.norm(lines, axis=-1, keepdims=True)
 
 
 def _both(angles: np.ndarray, name: str) -> np.ndarray:
