@@ -154,7 +154,7 @@ def doubts_of(feet: Feet, strides: tuple[Stride, ...]) -> Iterator[str]:
         what = f"strides of {seconds:.2f} s at {speed:.1f} m/s are {than} than people's with legs of {leg:.2f} m"
         yield f"{what}: check the {check}"
     if _MIXED < (share := backward_share(feet)) < 1 - _MIXED:
-        yield f"{share:.0%} of the way are walked backwards, and events are found for one way only: cut the capture"
+        yield f"feet point backwards {share:.0%} of the time, and events are found for one way only: cut the capture"
 
 
 def _runs(strides: tuple[Stride, ...]) -> bool:
