@@ -29,6 +29,7 @@ from motionenv.gait.summary import Parameter, summarise
 from motionenv.gait.trial import ANGLES, doubts_of, notes_of
 from motionenv.lifting.pipeline import BAND, FROM_AFAR, Lifted, motion_of
 from motionenv.mocap.clinical import clinical_angles
+from motionenv.mocap.clinical.angles import wrapped
 from motionenv.mocap.clinical.gait_model import SIGN, frame, unit
 from motionenv.mocap.clinical.progression import progression
 from motionenv.types import MARKERS
@@ -196,7 +197,7 @@ def gait_of(lifted: Lifted, *, draws: int = 64, rng: np.random.Generator | int =
     estimate = _analysed(blank(lifted.positions), lifted.feet, fps)
     ends = [None] * count if feet is None else list(feet)
     drawn = [_analysed(blank(one), its, fps) for one, its in zip(places, ends, strict=True)]
-    deviations = np.sqrt(np.mean([_wrapped(one.angles - estimate.angles) ** 2 for one in drawn], axis=0))
+    deviations = np.sqrt(np.mean([wrapped(one.angles - estimate.angles) ** 2 for one in drawn], axis=0))
     deviations = np.hypot(deviations, [_DEFINED.get(name.split("_", 1)[1], 0.0) for name in NAMES])
     untold = np.isnan(_both(estimate.angles, "ankle_dorsiflexion")).all()
     undetermined = _UNKNOWN | (_FOOTLESS if untold else {}) | _too_wide(deviations)
@@ -249,7 +250,7 @@ def _angles(places: np.ndarray, ends: np.ndarray | None, fps: float) -> np.ndarr
         heel, toe = ends[:, 2 * k], ends[:, 2 * k + 1]
         foot, lean = (np.einsum("tba,tb->ta", pelvis, line) for line in (toe - heel, shank))
         pitch = np.degrees(np.arctan2(foot[:, 2], foot[:, 0]) - np.arctan2(lean[:, 0], -lean[:, 2]))
-        angle["ankle_dorsiflexion"][:, k] = _wrapped(pitch - _flat(heel, toe, fps))
+        angle["ankle_dorsiflexion"][:, k] = wrapped(pitch - _flat(heel, toe, fps))
         turned = np.einsum("tba,tb->ta", way, toe - heel)
         angle["foot_progression"][:, k] = -sign[k] * np.degrees(np.arctan2(turned[:, 1], turned[:, 0]))
     return out.reshape(len(out), -1)
@@ -269,11 +270,6 @@ def _flat(heel: np.ndarray, toe: np.ndarray, fps: float) -> float:
     rests = np.isfinite(toe - heel).all(-1) & (speed < np.nanquantile(speed, _RESTS))
     line = (toe - heel)[rests]
     return float(np.degrees(np.median(np.arctan2(line[:, 2], np.hypot(line[:, 0], line[:, 1]))))) if len(line) else 0.0
-
-
-def _wrapped(degrees: np.ndarray) -> np.ndarray:
-    """Angles [degrees] from -180 to below 180."""
-    return (degrees + 180.0) % 360.0 - 180.0
 
 
 def _feet(places: np.ndarray, ends: np.ndarray | None, fps: float) -> Feet:
@@ -378,7 +374,7 @@ def _curve_bands(curves: Mapping[str, np.ndarray], drawn: Sequence[_Walk], fps: 
         means = [one[name].mean(0) for one in each if name in one]
         if means:
             of_strides = np.nan_to_num(mean_and_sd(own)[1]) ** 2 / len(own)
-            lifting = (_wrapped(np.array(means) - own.mean(0)) ** 2).mean(0)
+            lifting = (wrapped(np.array(means) - own.mean(0)) ** 2).mean(0)
             found[name] = BAND * np.sqrt(of_strides + lifting + _DEFINED.get(name.split("_", 1)[1], 0.0) ** 2)
     return found
 

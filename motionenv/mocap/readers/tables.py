@@ -150,7 +150,8 @@ def _plain(path, lines: list[str]) -> _Table:
     points = _values(path, rows[1:], flat, [header[c] for c in flat])
     clock = next((c for kind in (_TIME, _FRAME) for c, word in enumerate(header) if kind.fullmatch(word)), None)
     times = np.arange(len(points)) if clock is None else _values(path, rows[1:], [clock], [header[clock]])[:, 0]
-    _check_even(path, times, header[clock or 0])
+    if (steps := np.diff(times)).size and not (np.abs(steps - np.median(steps)) < _EVEN * np.median(steps)).all():
+        raise FormatError(path, f"{header[clock or 0]} must grow in even steps: resample, or add missing lines", "line 2")
 
     def rate() -> float:
         if clock is None or not (kind := _TIME.fullmatch(header[clock])):
@@ -227,12 +228,6 @@ def _stated(path, word: str, key: str) -> float:
     if not _is_number(word) or not 0 < float(pointed(word)) < np.inf:
         raise FormatError(path, f"{key} must be above 0, got {word!r}; pass fps= (--fps)", "line 1")
     return float(pointed(word))
-
-
-def _check_even(path, times: np.ndarray, column: str):
-    steps = np.diff(times)
-    if len(steps) and not (np.abs(steps - np.median(steps)) < _EVEN * np.median(steps)).all():
-        raise FormatError(path, f"{column} must grow in even steps: resample it, or add missing lines", "line 2")
 
 
 def _rate(path, times: np.ndarray, column: str) -> float:
