@@ -151,7 +151,7 @@ def _plain(path, lines: list[str]) -> _Table:
     clock = next((c for kind in (_TIME, _FRAME) for c, word in enumerate(header) if kind.fullmatch(word)), None)
     times = np.arange(len(points)) if clock is None else _values(path, rows[1:], [clock], [header[clock]])[:, 0]
     if (steps := np.diff(times)).size and not (np.abs(steps - np.median(steps)) < _EVEN * np.median(steps)).all():
-        raise FormatError(path, f"{header[clock or 0]} must grow in even steps: resample, or add missing lines", "line 2")
+        raise FormatError(path, f"{header[clock or 0]} must grow in even steps: resample or add lines", "line 2")
 
     def rate() -> float:
         if clock is None or not (kind := _TIME.fullmatch(header[clock])):
