@@ -17,6 +17,7 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from motionenv._core.representation import OneLine
+from motionenv._core.runs import runs
 from motionenv._core.validation import checked_choice
 from motionenv.errors import MotionError
 from motionenv.gait.feet import Feet, bridged, smoothed
@@ -26,6 +27,7 @@ from motionenv.types import Event, ForcePlate, Recording
 #: Where events may come from.
 METHODS = ("auto", "file", "plates", "kinematics")
 _FEW = 2  # events that say nothing about sides
+_SHIFT = 0.06  # [s] by which both contacts and toe-offs are late, or early: then the file's clock is another
 _SAME = 0.3  # [s] within which two events of a kind and side are the same one: no foot steps again so soon
 
 # Force plates
@@ -73,7 +75,7 @@ def find_events(feet: Feet, recording: Recording | None = None, method: str = "a
     """The initial contacts and toe-offs of a capture, from its `feet` and what the file holds beside its points.
 
     "auto" believes the file's events first, then its force plates, and takes from the paths of the feet those that
-    neither of them has. Events of the file that fit the feet better with left and right exchanged are left out.
+    neither of them has. The file's are left out if they fit the feet better with sides exchanged, or are all as late.
 
     Raises:
         MotionError: `method` isn't one of `METHODS`, or `recording` has nothing for it.
@@ -88,9 +90,9 @@ def find_events(feet: Feet, recording: Recording | None = None, method: str = "a
     notes: tuple[str, ...] = ()
     if method != "auto":
         found = {method: found[method]}
-    elif _exchanged(found["file"], found["kinematics"]):
+    elif wrong := _wrong(found["file"], found["kinematics"]):
         found["file"] = ()
-        notes = ("the file's events name the wrong sides, so they are left out",)
+        notes = (f"the file's events {wrong}, so they are left out",)
     kept: list[Event] = []
     sources = {}
     for name, events in found.items():
@@ -102,12 +104,18 @@ def find_events(feet: Feet, recording: Recording | None = None, method: str = "a
     return Events(tuple(sorted(kept, key=lambda event: event.time)), {k: n for k, n in sources.items() if n}, notes)
 
 
-def _exchanged(marked: Sequence[Event], seen: Sequence[Event]) -> bool:
-    """Whether events fit those seen in the paths of the feet better with left and right exchanged."""
+def _wrong(marked: Sequence[Event], seen: Sequence[Event]) -> str:
+    """What is wrong with `marked` events, by those seen in the paths of the feet: sides, or all times alike; or ""."""
     other = {"left": "right", "right": "left"}
     fits = sum(any(_same(a, b) for b in seen) for a in marked)
     fits_exchanged = sum(any(_same(replace(a, side=other[a.side]), b) for b in seen) for a in marked)
-    return fits_exchanged > max(2 * fits, _FEW)
+    if fits_exchanged > max(2 * fits, _FEW):
+        return "name the wrong sides, or other times"
+    off = []
+    for kind in ("initial_contact", "toe_off"):
+        late = [a.time - b.time for a in marked for b in seen if a.kind == kind and _same(a, b)]
+        off.append(float(np.median(late)) if len(late) >= _FEW else 0.0)
+    return f"are {np.mean(off):+.2f} s from what the feet do" if min(off) > _SHIFT or max(off) < -_SHIFT else ""
 
 
 def _same(a: Event, b: Event) -> bool:
@@ -141,11 +149,9 @@ def plate_events(plates: Sequence[ForcePlate], feet: Feet) -> tuple[Event, ...]:
 def _loadings(plate: ForcePlate) -> list[tuple[float, float]]:
     """Start and end [s] of each stance on a plate."""
     up = plate.force[:, 2]
-    loaded = np.concatenate([[False], up > _LOADED, [False]])
-    edges = np.flatnonzero(np.diff(loaded.astype(np.int8))).reshape(-1, 2)
     return [
-        (float(start / plate.fps), float(end / plate.fps))
-        for start, end in edges
+        (start / plate.fps, end / plate.fps)
+        for start, end in runs(up > _LOADED)
         if _STANCE[0] <= (end - start) / plate.fps <= _STANCE[1] and up[start:end].max() >= _STEPS_ON
     ]
 
@@ -219,13 +225,19 @@ def directions(feet: Feet) -> np.ndarray:
 
 
 def walks_backwards(feet: Feet) -> bool:
-    """Whether the `feet` point against the direction of progression."""
-    ways = directions(feet)
-    pointing = np.concatenate([(feet.toe[s] - feet.heel[s])[:, :2] for s in feet.sides])
-    length = np.linalg.norm(pointing, axis=-1)
-    known = length > 0  # false where it is NaN
-    along = (pointing * np.tile(ways, (len(feet.sides), 1))).sum(-1)[known] / length[known]
-    return bool(known.any()) and float(np.median(along)) < _BACKWARDS
+    """Whether the `feet`, while they are low, mostly point against the direction of progression."""
+    return backward_share(feet) > 0.5
+
+
+def backward_share(feet: Feet) -> float:
+    """Share of the frames in which the `feet`, while they are low, point against the direction of progression."""
+    ways, against = directions(feet), [np.zeros(0)]
+    for side in feet.sides:
+        foot, height = (feet.toe[side] - feet.heel[side])[:, :2], bridged(feet.toe[side] + feet.heel[side])[:, 2]
+        along = (foot * ways).sum(-1) < _BACKWARDS * np.linalg.norm(foot, axis=-1)
+        against.append(along[height <= np.median(height)])
+    pointing = np.concatenate(against)
+    return float(pointing.sum() / max(len(pointing), 1))
 
 
 def _ahead(feet: Feet, foot: np.ndarray, ways: np.ndarray) -> np.ndarray:
@@ -300,7 +312,5 @@ def _summit(signal: np.ndarray, frame: int) -> float:
 def _seen(path: np.ndarray, time: float, fps: float) -> bool:
     """Whether an event is neither in a gap of the point's path nor at its edge."""
     around = max(round(_AROUND * fps), 1)
-    unknown = ~np.isfinite(path).all(-1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], unknown, [False]]).astype(np.int8))).reshape(-1, 2)
-    long = edges[(edges[:, 1] - edges[:, 0]) / fps > _GAP]
-    return not any(first - around <= time * fps < last + around for first, last in long)
+    gaps = [(a, b) for a, b in runs(~np.isfinite(path).all(-1)) if (b - a) / fps > _GAP]
+    return not any(first - around <= time * fps < last + around for first, last in gaps)

@@ -63,7 +63,7 @@ def feet_of(capture: Markers | Motion, marker_map: MarkerMap | str | None = None
     stands: dict[str, list[str]] = {}
     for side in ("left", "right"):
         ankle = nodes[:, NODES.index(f"{side}_ankle")]
-        if not np.isfinite(ankle).any():
+        if not np.isfinite(ankle).any() and not {f"{side}_heel", f"{side}_toe"} <= at.keys():
             continue
         heel[side] = _first(at, side, ("heel",), ankle, stands)
         toe[side] = _first(at, side, ("toe", "metatarsal_5", "metatarsal_1"), ankle, stands)

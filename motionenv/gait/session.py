@@ -110,7 +110,7 @@ def read_session(
     Args:
         paths: capture files.
         static: a standing trial of the person.
-        marker_map, fps, unit, up, person, wands: as in `motionenv.gait.trial.read_trial`.
+        marker_map, fps, unit, up, person, wands: as in `motionenv.gait.trial.read_trial`; `fps` and `unit` override.
         band: the reference to show the angles against.
         age: the person's [years], to show the step parameters beside published norms; None for none.
         sex: "female" or "male", for norms that part them.
@@ -130,7 +130,7 @@ def read_session(
     trials, left_out = [], {}
     for path in paths:
         try:
-            trials.append(read_trial(path, static=standing, **how))
+            trials.append(read_trial(path, static=standing, override=True, **how))
         except MotionError as error:
             left_out[Path(path).name] = str(error)
         on_step(Path(path).name)

@@ -17,6 +17,7 @@ _SHORTEST = 0.5  # [s] of a stretch; shorter ones belong to their neighbour
 _FEET = 7.0  # [Hz] cut-off frequency for the paths of the feet
 _LOWEST = 20  # percentile of the height of a foot that lies flat
 _CARRIED = 0.15  # [m/s] at which a belt moves the foot that stands, at least
+_DRIFTS = 2.0  # times the speed of who drifts on a belt, at least; on floors, feet that land come to 0.1
 
 
 @dataclass(frozen=True, repr=False)
@@ -47,10 +48,10 @@ def find_stretches(feet: Feet) -> tuple[Stretch, ...]:
 def belt(feet: Feet) -> np.ndarray | None:
     """Velocity (2,) [m/s] of the treadmill on which somebody walks; None if the `feet` stand still on the floor.
 
-    Of who stays in place, it is the median velocity of the feet while they are lowest.
+    It is the median velocity of the feet while they are lowest, if the pelvis stays in place or drifts slowly.
     """
     speed = _speed(feet)
-    if len(speed) < 2 or not np.isfinite(speed).any() or np.percentile(speed, _BRISK) >= _STANDS:
+    if len(speed) < 2 or not np.isfinite(speed).any():
         return None
     lowest = []
     for side in feet.sides:
@@ -59,7 +60,8 @@ def belt(feet: Feet) -> np.ndarray | None:
         lowest.append(velocity[foot[:, 2] <= np.percentile(foot[:, 2], _LOWEST)])  # none of a foot that is never seen
     velocities = np.concatenate([np.empty((0, 2)), *lowest])
     carried = np.median(velocities, axis=0) if len(velocities) else np.zeros(2)
-    return carried if np.linalg.norm(carried) > _CARRIED else None
+    brisk = np.percentile(speed, _BRISK)
+    return carried if np.linalg.norm(carried) > max(_CARRIED, _DRIFTS * brisk if brisk >= _STANDS else 0.0) else None
 
 
 def on_treadmill(feet: Feet) -> bool:

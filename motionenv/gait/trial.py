@@ -1,5 +1,6 @@
 """One capture of a walk, analysed: joint angles, events, stretches and strides."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -7,16 +8,21 @@ import numpy as np
 
 from motionenv._core.representation import OneLine, counted
 from motionenv.errors import GapError
-from motionenv.gait.events import Events, find_events, walks_backwards
+from motionenv.gait.events import Events, backward_share, find_events, walks_backwards
 from motionenv.gait.feet import Feet, feet_of
 from motionenv.gait.stretches import Stretch, find_stretches, on_treadmill
 from motionenv.gait.strides import Stride, find_strides, normalised, strides_by_phase
 from motionenv.mocap import MarkerMap, read, retarget
 from motionenv.mocap.clinical import CLINICAL_ANGLES, ClinicalAngles, clinical_angles, measurements_of
+from motionenv.mocap.clinical.gait_model import middle
 from motionenv.mocap.plausibility import find_doubts
 from motionenv.types import Markers, Motion
 
 _QUICKEST = 0.38  # [s] stride of a sprinter, at five steps a second
+_HASTE = 0.65  # [s/√m] stride of who walks in haste, over the square root of the leg's length
+_SMALL, _LEISURE = 0.45, 1.6  # [m] legs of toddlers, who step quickly, and [s/√m] a stride that they never take
+_RUNS = 5.0  # [m/s²] least squared speed over the leg's length at which people run
+_MIXED = 0.25  # share of the frames that point against the way, in runners too
 
 #: Names of the angles without their side.
 ANGLES = tuple(name.removeprefix("left_") for name in CLINICAL_ANGLES if name.startswith("left_"))
@@ -73,20 +79,20 @@ class Trial(OneLine):
 def read_trial(
     path: str | Path, *, static: Markers | None = None, marker_map: MarkerMap | str | None = None,
     fps: float | None = None, unit: str | float | None = None, up: str | None = None, person: str | None = None,
-    method: str = "auto", wands: str = "auto",
+    method: str = "auto", wands: str = "auto", override: bool = False,
 ) -> Trial:  # fmt: skip
     """Read and analyse one capture file.
 
     Args:
         path: any file that `motionenv.read` reads.
         static, marker_map, method, wands: as in `analyse`.
-        fps, unit: frame rate [Hz] and unit of length, if the file doesn't specify them.
+        fps, unit, override: frame rate [Hz] and unit of length, if the file doesn't specify them, or in any case.
         up, person: vertical axis, and the one of several people, as of `motionenv.read`.
 
     Raises:
         MotionError: as in `motionenv.read` and `analyse`.
     """
-    capture = read(path, fps=fps, unit=unit, up=up, person=person, override=False)
+    capture = read(path, fps=fps, unit=unit, up=up, person=person, override=override)
     trial = analyse(capture, static=static, marker_map=marker_map, method=method, wands=wands)
     return trial if trial.name else replace(trial, name=Path(path).stem)
 
@@ -123,7 +129,7 @@ def analyse(
     strides = find_strides(feet, events, stretches) or _by_phase(feet, events, stretches)
     angles = _angles(capture, static, marker_map, wands)
     person = recording.subject if recording else ""
-    doubts = (*found, *_of_pace(strides))
+    doubts = (*found, *doubts_of(feet, strides))
     leg = _leg_length(capture, static)
     notes = (*capture.notes, *angles.notes, *events.notes, *notes_of(feet, strides))
     return Trial(capture.name, person, feet, angles, events, stretches, strides, leg, notes, doubts)
@@ -134,11 +140,25 @@ def _by_phase(feet: Feet, events: Events, stretches: tuple[Stretch, ...]) -> tup
     return tuple(s for s in strides_by_phase(feet, events, stretches) if np.isfinite(s.contact))
 
 
-def _of_pace(strides: tuple[Stride, ...]) -> tuple[str, ...]:
-    seconds = float(np.median([stride.seconds for stride in strides])) if strides else np.nan
-    if seconds < _QUICKEST:
-        return (f"strides of {seconds:.2f} s are shorter than a sprinter's: check the frame rate, fps= (--fps)",)
-    return ()
+def doubts_of(feet: Feet, strides: tuple[Stride, ...]) -> Iterator[str]:
+    """Doubts about `strides` of `feet` too quick for such legs, or for a sprinter, and who turns to walk backwards."""
+    if not strides:
+        return
+    seconds, speed = (middle(np.array([getattr(s, of) for s in strides])) for of in ("seconds", "speed"))
+    feet_at = [path[:, 2] for side in feet.sides for path in (feet.heel[side], feet.toe[side])]
+    leg = middle(feet.pelvis[:, 2] - np.fmin.reduce(feet_at))
+    runs = _runs(strides) and speed**2 > _RUNS * leg
+    quick = seconds < _QUICKEST or (not runs and seconds < _HASTE * np.sqrt(leg))
+    if quick or (leg < _SMALL and seconds > _LEISURE * np.sqrt(leg)):
+        than, check = ("quicker", "frame rate, fps= (--fps)") if quick else ("slower", "unit of length, unit= (--unit)")
+        what = f"strides of {seconds:.2f} s at {speed:.1f} m/s are {than} than people's with legs of {leg:.2f} m"
+        yield f"{what}: check the {check}"
+    if _MIXED < (share := backward_share(feet)) < 1 - _MIXED:
+        yield f"feet point backwards {share:.0%} of the time, and events are found for one way only: cut the capture"
+
+
+def _runs(strides: tuple[Stride, ...]) -> bool:
+    return sum(stride.activity == "running" for stride in strides) > 0.5 * len(strides)
 
 
 def _angles(capture: Markers | Motion, static, marker_map, wands: str) -> ClinicalAngles:
@@ -167,7 +187,7 @@ def _leg_length(capture: Markers | Motion, static: Markers | None) -> float | No
 def notes_of(feet: Feet, strides: tuple[Stride, ...]) -> tuple[str, ...]:
     """What a reader of the figures of these `feet` and `strides` should know."""
     notes = list(feet.notes)
-    if len(feet.sides) < 2:
+    if len(feet.sides) == 1:
         notes.append(f"only the {'/'.join(feet.sides)} leg was captured, so there are no steps")
     if not strides:  # nor does it walk anywhere
         return (*notes, "no stride was found, so there are no step parameters")
@@ -180,7 +200,7 @@ def notes_of(feet: Feet, strides: tuple[Stride, ...]) -> tuple[str, ...]:
         notes.append("no stride is steady: the figures are of strides in which the walker turns or changes speed")
     if walks_backwards(feet):
         notes.append("the walker goes backwards, so initial contact is the toes' and toe-off the heel's")
-    if sum(stride.activity == "running" for stride in strides) > 0.5 * len(strides):
+    if _runs(strides):
         notes.append("both feet are in the air between steps, so this is running and has no double support")
     if on_treadmill(feet):
         notes.append(

@@ -18,6 +18,7 @@ from scipy.special import stdtrit
 
 from motionenv._core.representation import OneLine, counted
 from motionenv._core.rotations import to_euler
+from motionenv._core.runs import runs
 from motionenv._core.validation import checked_whole
 from motionenv.errors import GapError
 from motionenv.gait.events import find_events
@@ -25,10 +26,11 @@ from motionenv.gait.feet import Feet, bridged, smoothed
 from motionenv.gait.stretches import Stretch, find_stretches
 from motionenv.gait.strides import Stride, find_strides, mean_and_sd, normalised
 from motionenv.gait.summary import Parameter, summarise
-from motionenv.gait.trial import ANGLES, notes_of
+from motionenv.gait.trial import ANGLES, doubts_of, notes_of
 from motionenv.lifting.pipeline import BAND, FROM_AFAR, Lifted, motion_of
 from motionenv.mocap.clinical import clinical_angles
-from motionenv.mocap.clinical.gait_model import SIGN, frame
+from motionenv.mocap.clinical.angles import wrapped
+from motionenv.mocap.clinical.gait_model import SIGN, frame, unit
 from motionenv.mocap.clinical.progression import progression
 from motionenv.types import MARKERS
 
@@ -195,7 +197,7 @@ def gait_of(lifted: Lifted, *, draws: int = 64, rng: np.random.Generator | int =
     estimate = _analysed(blank(lifted.positions), lifted.feet, fps)
     ends = [None] * count if feet is None else list(feet)
     drawn = [_analysed(blank(one), its, fps) for one, its in zip(places, ends, strict=True)]
-    deviations = np.sqrt(np.mean([_wrapped(one.angles - estimate.angles) ** 2 for one in drawn], axis=0))
+    deviations = np.sqrt(np.mean([wrapped(one.angles - estimate.angles) ** 2 for one in drawn], axis=0))
     deviations = np.hypot(deviations, [_DEFINED.get(name.split("_", 1)[1], 0.0) for name in NAMES])
     untold = np.isnan(_both(estimate.angles, "ankle_dorsiflexion")).all()
     undetermined = _UNKNOWN | (_FOOTLESS if untold else {}) | _too_wide(deviations)
@@ -231,7 +233,7 @@ def _angles(places: np.ndarray, ends: np.ndarray | None, fps: float) -> np.ndarr
     hips = places[:, _M["left_hip"]] - places[:, _M["right_hip"]]
     shoulders = places[:, _M["left_shoulder"]] - places[:, _M["right_shoulder"]]
     spine = 0.5 * (places[:, _M["left_shoulder"]] + places[:, _M["right_shoulder"]]) - places[:, _M["pelvis"]]
-    x, y = _unit(np.cross(hips, [0.0, 0.0, 1.0])), _unit(hips)
+    x, y = unit(np.cross(hips, [0.0, 0.0, 1.0])), unit(hips)
     pelvis = np.stack([x, y, np.cross(x, y)], axis=-1)
     way = progression(places[:, _M["pelvis"]], pelvis, fps, axes=False)
     sign = np.array(list(SIGN.values()))
@@ -248,14 +250,10 @@ def _angles(places: np.ndarray, ends: np.ndarray | None, fps: float) -> np.ndarr
         heel, toe = ends[:, 2 * k], ends[:, 2 * k + 1]
         foot, lean = (np.einsum("tba,tb->ta", pelvis, line) for line in (toe - heel, shank))
         pitch = np.degrees(np.arctan2(foot[:, 2], foot[:, 0]) - np.arctan2(lean[:, 0], -lean[:, 2]))
-        angle["ankle_dorsiflexion"][:, k] = _wrapped(pitch - _flat(heel, toe, fps))
+        angle["ankle_dorsiflexion"][:, k] = wrapped(pitch - _flat(heel, toe, fps))
         turned = np.einsum("tba,tb->ta", way, toe - heel)
         angle["foot_progression"][:, k] = -sign[k] * np.degrees(np.arctan2(turned[:, 1], turned[:, 0]))
     return out.reshape(len(out), -1)
-
-
-def _unit(lines: np.ndarray) -> np.ndarray:
-    return lines / np.linalg.norm(lines, axis=-1, keepdims=True)
 
 
 def _both(angles: np.ndarray, name: str) -> np.ndarray:
@@ -272,11 +270,6 @@ def _flat(heel: np.ndarray, toe: np.ndarray, fps: float) -> float:
     rests = np.isfinite(toe - heel).all(-1) & (speed < np.nanquantile(speed, _RESTS))
     line = (toe - heel)[rests]
     return float(np.degrees(np.median(np.arctan2(line[:, 2], np.hypot(line[:, 0], line[:, 1]))))) if len(line) else 0.0
-
-
-def _wrapped(degrees: np.ndarray) -> np.ndarray:
-    """Angles [degrees] from -180 to below 180."""
-    return (degrees + 180.0) % 360.0 - 180.0
 
 
 def _feet(places: np.ndarray, ends: np.ndarray | None, fps: float) -> Feet:
@@ -317,21 +310,15 @@ def _cut(lifted: Lifted) -> tuple[np.ndarray, tuple[Cut, ...]]:
     unlike = "postures are unlike those of people who walk, turn or run"
     for what, where in (("nobody is seen", nobody), (unlike, lifted.unlike & ~nobody)):
         gone |= where[:, None]
-        found += [Cut(a / fps, b / fps, what) for a, b in _runs(where)]
+        found += [Cut(a / fps, b / fps, what) for a, b in runs(where)]
     for name in (f"{side}_{joint}" for joint in ("hip", "knee", "ankle") for side in SIGN):
         hidden = ~np.isfinite(lifted.points.positions[:, _M[name]]).all(-1) & ~gone[:, _M["pelvis"]]
-        for a, b in _runs(hidden):
+        for a, b in runs(hidden):
             if b - a > _HIDDEN * fps:
                 gone[a:b, _M[name]] = True
                 what = f"the {name.replace('_', ' ')} is hidden or out of the picture, so its angles are cut out"
                 found.append(Cut(a / fps, b / fps, what))
     return gone, tuple(sorted(found, key=lambda cut: cut.start))
-
-
-def _runs(where: np.ndarray) -> list[tuple[int, int]]:
-    """First frames and ends of the runs in which `where` (frames,) is true."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _too_wide(deviations: np.ndarray) -> dict[str, str]:
@@ -387,7 +374,7 @@ def _curve_bands(curves: Mapping[str, np.ndarray], drawn: Sequence[_Walk], fps: 
         means = [one[name].mean(0) for one in each if name in one]
         if means:
             of_strides = np.nan_to_num(mean_and_sd(own)[1]) ** 2 / len(own)
-            lifting = (_wrapped(np.array(means) - own.mean(0)) ** 2).mean(0)
+            lifting = (wrapped(np.array(means) - own.mean(0)) ** 2).mean(0)
             found[name] = BAND * np.sqrt(of_strides + lifting + _DEFINED.get(name.split("_", 1)[1], 0.0) ** 2)
     return found
 
@@ -416,5 +403,6 @@ def _warnings(lifted: Lifted, estimate: _Walk) -> tuple[str, ...]:
         FROM_AFAR: lifted.points.unit == "m",
         f"left and right were exchanged in {swapped} frames, which was corrected": swapped > 0,
     }  # fmt: skip
-    notes = [text for text, holds in said.items() if holds] + [*notes_of(estimate.feet, estimate.strides), _HIPS]
+    of_feet = [*doubts_of(estimate.feet, estimate.strides), *notes_of(estimate.feet, estimate.strides)]
+    notes = [*(text for text, holds in said.items() if holds), *of_feet, _HIPS]
     return tuple(f"{note[0].upper()}{note[1:]}." for note in notes)

@@ -9,11 +9,14 @@ from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from motionenv._core.representation import counted
+from motionenv._core.runs import runs
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import NODES
 from motionenv.errors import MotionError
+from motionenv.mocap.clinical.gait_model import middle
 from motionenv.mocap.clinical.sagittal import is_flat
 from motionenv.mocap.marker_sets import MarkerMap, find_landmarks
 from motionenv.mocap.retargeting import find_nodes
@@ -29,10 +32,16 @@ _PROPORTION = (0.55, 1.8)  # thigh over shank
 _BACKWARDS = np.radians(25.0)  # flexion [rad] that a knee reaches backwards, and doesn't reach forwards
 _CROSSED = -0.05  # [m] by which the left knee is to the left of the right one, the median over frames
 _FOOT = -0.3  # least cosine between a foot and where the pelvis faces, the median over frames
+_ORDERED = (("toe", "ankle", "heel"), ("hip", "thigh", "knee"), ("knee", "shank", "ankle"))  # the third is farthest
+_TOGETHER = (("heel", "toe"), ("heel", "ankle"), ("thigh", "knee"), ("shank", "ankle"))  # of one limb
+_NOWHERE = np.full((1, 3), np.nan)
+_SPREAD = 0.15  # [m] by which the distance of such two, which are on one limb, varies at most
 _REPEATS = 4  # repeated samples that make a marker suspicious
 _OFF = 0.015  # [m] a marker that leaves the distances to its nearest companion by as much does not move with it
 _ROUNDED = 3.0  # times the least step of a file's numbers by which rounding changes a distance
 _JUMP, _MATCH = 0.06, 0.35  # [m] least jump of markers that change places; most error of the exchanged places over it
+_SPIKE, _SWIFT = 0.1, 400.0  # [m] and [m/s²] jump of a marker beyond how the fastest limbs speed up
+_MOVES, _AROUND = 0.003, 9  # [m] a frame of a body that moves; frames around in which it does
 _MOST = 3  # markers that a message names
 
 _PELVIS = ("hip", "asis", "psis", "trochanter", "iliac_crest", "sacrum", "pelvis")
@@ -57,16 +66,17 @@ def find_doubts(capture: Markers | Motion, marker_map: MarkerMap | str | None = 
         if capture.poses.ndim != 2:
             return ()
         nodes = forward(capture.poses, capture.skeleton)[0]
-        return tuple(_of_nodes(nodes, capture.fps))
+        return tuple(_of_nodes(nodes, capture.fps, {}))
     try:
         at = find_landmarks(capture, marker_map).positions
         nodes = find_nodes(capture, marker_map=marker_map).positions
     except MotionError:
         return ()
     if is_flat(capture.positions):
-        rest = (*_of_legs(_legs(at)), *_of_limbs(nodes))
+        rest = (*_of_legs(_legs(at)), *_of_limbs(nodes), *_repeated(capture))
         return ("all points lie in one plane, so only angles seen from the side are known", *rest)
-    return (*_of_nodes(nodes, capture.fps), *_of_feet(nodes, at), *_exchanges(capture))
+    whole = (*_of_nodes(nodes, capture.fps, at), *_of_feet(nodes, at))
+    return (*whole, *_exchanges(capture), *_repeated(capture))
 
 
 def check_plausible(capture: Markers | Motion, marker_map: MarkerMap | str | None = None) -> None:
@@ -163,15 +173,15 @@ def _vertical(legs: np.ndarray | None) -> str | None:
     return None if abs(direction[axis]) < _ALONG else ("-" if direction[axis] < 0 else "") + "xyz"[axis]
 
 
-def _of_nodes(nodes: np.ndarray, fps: float) -> Iterator[str]:
-    """Doubts about the body's nodes (frames, 16, 3) [m] of a capture in space."""
+def _of_nodes(nodes: np.ndarray, fps: float, landmarks: dict[str, np.ndarray]) -> Iterator[str]:
+    """Doubts about the body's nodes (frames, 16, 3) [m] of a capture in space, whose `landmarks` may show more."""
     at = {name: nodes[:, i] for i, name in enumerate(NODES)}
-    yield from _of_legs(_legs(at))
+    yield from _of_legs(_legs(landmarks | at))
     yield from _of_limbs(nodes)
     yield from _of_trunk(at)
     yield from _of_knees(at)
     steps = np.linalg.norm(np.diff(at["pelvis"], axis=0), axis=-1) * fps
-    speed = _median(steps)
+    speed = middle(steps)
     if speed > _FASTEST:
         yield f"the pelvis moves at {speed:.3g} m/s, faster than anybody runs: check unit= (--unit) and fps= (--fps)"
 
@@ -210,7 +220,7 @@ def _of_trunk(at: dict[str, np.ndarray]) -> Iterator[str]:
     top, pelvis = _middle(at, _TOP), _middle(at, _PELVIS)
     if top is not None and pelvis is not None:
         trunk = top - pelvis
-        rise = _median(trunk[:, 2] / np.maximum(np.linalg.norm(trunk, axis=-1), 1e-12))
+        rise = middle(trunk[:, 2] / np.maximum(np.linalg.norm(trunk, axis=-1), 1e-12))
         if rise < -_UPRIGHT:
             yield "the shoulders are below the pelvis"
 
@@ -219,7 +229,7 @@ def _of_knees(at: dict[str, np.ndarray]) -> Iterator[str]:
     """Knees on each other's side, and those that bend backwards about the axis from the right hip to the left one."""
     across = at["left_hip"] - at["right_hip"]
     width = np.maximum(np.linalg.norm(across, axis=-1), 1e-12)
-    if _median(((at["left_knee"] - at["right_knee"]) * across).sum(-1) / width) < _CROSSED:
+    if middle(((at["left_knee"] - at["right_knee"]) * across).sum(-1) / width) < _CROSSED:
         yield "the left knee is on the right of the right one, as if the legs' sides were exchanged"
     bend = []
     for side in ("left", "right"):
@@ -235,37 +245,59 @@ def _of_knees(at: dict[str, np.ndarray]) -> Iterator[str]:
 
 
 def _of_feet(nodes: np.ndarray, at: dict[str, np.ndarray]) -> Iterator[str]:
-    """Feet that point backwards: their heel and toe, or the sides of the hips, are exchanged."""
+    """Feet that point backwards, or other markers of a leg that are exchanged with each other or the other leg's."""
     across = nodes[:, NODES.index("left_hip")] - nodes[:, NODES.index("right_hip")]
     ahead = np.cross(across, [0.0, 0.0, 1.0])
     for side in ("left", "right"):
         if {f"{side}_heel", f"{side}_toe"} <= at.keys():
             foot = at[f"{side}_toe"] - at[f"{side}_heel"]
             size = np.linalg.norm(foot, axis=-1) * np.linalg.norm(ahead, axis=-1)
-            if _median((foot * ahead).sum(-1) / np.maximum(size, 1e-12)) < _FOOT:
+            if middle((foot * ahead).sum(-1) / np.maximum(size, 1e-12)) < _FOOT:
                 yield f"the {side} foot points backwards, as if heel and toe were exchanged"
+        own = {k.partition("_")[2].removesuffix("_lateral"): at[k] for k in at if side in k and "ankle" != k[-5:]}
+        own["hip"] = nodes[:, NODES.index(f"{side}_hip")]
+        apart = lambda one, other, own=own: np.linalg.norm(own.get(one, _NOWHERE) - own.get(other, _NOWHERE), axis=-1)
+        for start, near, far in _ORDERED:
+            if middle(apart(start, far) - apart(start, near)) < 0:
+                yield f"the {side} {far} is nearer to the {start} than the {near} is, as if the two were exchanged"
+        for one, other in _TOGETHER:
+            known = apart(one, other)[np.isfinite(apart(one, other))]
+            if len(known) and np.ptp(ends := np.percentile(known, [5, 95])) > _SPREAD:
+                yield f"the {side} {one} and {other} are {ends[0]:.2f} to {ends[1]:.2f} m apart, as if of two limbs"
 
 
 def _exchanges(markers: Markers) -> Iterator[str]:
-    """Markers that exchange their places from one frame to the next."""
+    """Markers that exchange their places from one frame to the next, or jump elsewhere."""
     points = markers.positions
     if len(points) < 3 or markers.parents is not None:  # the joints of a hierarchy can't
         return
     expected = 2 * points[1:-1] - points[:-2]
     jumps = np.linalg.norm(points[2:] - expected, axis=-1)
-    found: dict[tuple[str, str], list[float]] = {}
-    frames = np.flatnonzero((np.nan_to_num(jumps) > _JUMP).sum(-1) > 1)
-    for t in frames:
-        moved = np.flatnonzero(np.nan_to_num(jumps[t]) > _JUMP)
+    found: dict[tuple[str, str], float] = {}
+    for t in np.flatnonzero((jumps > _JUMP).sum(-1) > 1):
+        moved = np.flatnonzero(jumps[t] > _JUMP)
         off = np.linalg.norm(points[t + 2, moved][:, None] - expected[t, moved], axis=-1)
-        for a, i in enumerate(moved):
-            for b, j in enumerate(moved[:a]):
-                if max(off[a, b], off[b, a]) < _MATCH * min(jumps[t, i], jumps[t, j]):
-                    found.setdefault((markers.names[j], markers.names[i]), []).append((t + 2) / markers.fps)
-    for (one, other), times in list(found.items())[:_MOST]:
-        yield f"{one} and {other} exchange places at {times[0]:.2f} s"
+        exchanged = np.maximum(off, off.T) < _MATCH * np.minimum.outer(jumps[t, moved], jumps[t, moved])
+        for i, j in moved[np.argwhere(np.triu(exchanged, 1))]:
+            found.setdefault((markers.names[i], markers.names[j]), (t + 2) / markers.fps)
+    for (one, other), seconds in list(found.items())[:_MOST]:
+        yield f"{one} and {other} exchange places at {seconds:.2f} s"
     if len(found) > _MOST:
         yield f"{counted(len(found) - _MOST, 'other pair')} of markers exchange places too"
+    known = {name for pair in found for name in pair}
+    far = (jumps > _SPIKE + _SWIFT / markers.fps**2) & np.array([name not in known for name in markers.names])
+    for n, t in [(n, far[:, n].argmax()) for n in np.flatnonzero(far.any(0))[:_MOST]]:
+        yield f"{markers.names[n]} jumps by {jumps[t, n]:.2f} m at {(t + 2) / markers.fps:.2f} s"
+
+
+def _repeated(markers: Markers) -> Iterator[str]:
+    """Frames that repeat the one before while the body moves, as where they were doubled to reach a frame rate."""
+    steps = np.linalg.norm(np.diff(markers.positions, axis=0), axis=-1)
+    same = np.isfinite(steps).any(1) & ~(steps > 0).any(1)
+    moves = maximum_filter1d((steps > _MOVES).mean(1), _AROUND) > 0.25
+    if (many := int((same & moves).sum())) >= _MOST:
+        often = f"{many} of {len(steps) + 1} frames repeat the one before"
+        yield f"{often} while the body moves: check the frame rate, fps= (--fps)"
 
 
 def _unstuck(markers: Markers) -> Markers:
@@ -280,17 +312,17 @@ def _unstuck(markers: Markers) -> Markers:
     held = _held(points)
     stopped = _stopped(points, held)
     notes = [f"no point moves at {a / markers.fps:.2f} to {(b - 1) / markers.fps:.2f} s, then all jump: gaps there"
-             for a, b in _runs(stopped)]  # fmt: skip
+             for a, b in runs(stopped)]  # fmt: skip
     held &= ~stopped[:, None]
     stuck = np.zeros_like(held)
     steps = np.abs(np.diff(points, axis=0))
     off = max(_OFF, _ROUNDED * float(np.min(steps, initial=_OFF, where=steps > 0)))
     for n in np.flatnonzero(held.any(0)).tolist():
-        for start, end in _runs(held[:, n]):
+        for start, end in runs(held[:, n]):
             stuck[start:end, n] = _leaves(points, held, n, slice(start, end), off)
     told = []
     for n in np.flatnonzero(stuck.any(0)).tolist():
-        spans = [f"{a / markers.fps:.2f} to {(b - 1) / markers.fps:.2f}" for a, b in _runs(stuck[:, n])]
+        spans = [f"{a / markers.fps:.2f} to {(b - 1) / markers.fps:.2f}" for a, b in runs(stuck[:, n])]
         told.append(f"{markers.names[n]} ({', '.join(spans[:_MOST])}{', ...' if len(spans) > _MOST else ''} s)")
     more = f" and {counted(len(told) - _MOST, 'other marker')}" if len(told) > _MOST else ""
     if told:
@@ -305,7 +337,7 @@ def _stopped(points: np.ndarray, held: np.ndarray) -> np.ndarray:
     """Frames (frames,) in which the recording stood still, all points having repeated their place before they jump."""
     seen = np.isfinite(points).all(-1)
     stopped = np.zeros(len(points), dtype=bool)
-    for start, end in _runs((held | ~seen).all(1) & seen.any(1)):
+    for start, end in runs((held | ~seen).all(1) & seen.any(1)):
         if end < len(points) and np.nanmedian(np.linalg.norm(points[end] - points[end - 1], axis=-1)) > _JUMP:
             stopped[start + 1 : end] = True
     return stopped
@@ -316,15 +348,9 @@ def _held(points: np.ndarray) -> np.ndarray:
     same = (points[1:] == points[:-1]).all(-1)
     held = np.zeros(points.shape[:2], dtype=bool)
     for n in np.flatnonzero(same.any(0)):
-        for start, end in _runs(same[:, n]):
+        for start, end in runs(same[:, n]):
             held[start : end + 1, n] |= end - start >= _REPEATS
     return held
-
-
-def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
-    """Start and end of each run of True in `flags` (frames,)."""
-    edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def _leaves(points: np.ndarray, held: np.ndarray, n: int, run: slice, off: float) -> bool:
@@ -332,17 +358,11 @@ def _leaves(points: np.ndarray, held: np.ndarray, n: int, run: slice, off: float
     free = ~held[:, n]
     others = np.flatnonzero(~held[run].any(0) & np.isfinite(points[run]).all((0, 2)))
     distances = np.linalg.norm(points[:, others] - points[:, n, None], axis=-1)
-    known = np.isfinite(distances[free])
-    useful = known.sum(0) > len(points) // 4
-    others, distances = others[useful], distances[:, useful]
-    if not len(others):
-        return False
+    useful = np.isfinite(distances[free]).sum(0) > len(points) // 4
+    if not useful.any():  # it sticks nearly all along, alone as no thing's, and far from all that moves
+        return bool(len(others) and held[run].all(0).sum() == 1 and np.ptp(distances[run], axis=0).min() > _SPREAD)
+    distances = distances[:, useful]
     spread = np.nanstd(distances[free], axis=0)
     usual = distances[:, spread.argmin()]
     away = np.maximum(usual[run] - np.nanmax(usual[free]), np.nanmin(usual[free]) - usual[run])
     return bool(away.max() > off)
-
-
-def _median(values: np.ndarray) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else float("nan")

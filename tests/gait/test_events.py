@@ -1,5 +1,6 @@
 """Events of a capture: from its file, its force plates and the paths of its feet."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -26,7 +27,7 @@ def test_without_a_recording_events_come_from_the_paths():
 def test_marked_events_of_part_of_the_capture_are_completed():
     """No event twice: marks that are up to 0.2 s from what the paths show stand for it."""
     feet, marked = walker(), [e for e in truth().events if e.time < 3]
-    shifted = tuple(replace(e, time=e.time + 0.15) for e in marked)
+    shifted = tuple(replace(e, time=e.time + 0.15 * (-1) ** i) for i, e in enumerate(marked[1:]))
     found = find_events(feet, Recording(events=shifted))
     assert set(shifted) <= set(found.events)
     for kind in ("initial_contact", "toe_off"):
@@ -43,6 +44,19 @@ def test_marks_with_exchanged_sides_are_left_out_and_told():
     assert "wrong sides" in found.notes[0]
     assert find_events(walker(), Recording(events=exchanged), "file").events == exchanged
     assert find_events(walker(), Recording(events=truth().events)).notes == ()
+
+
+@pytest.mark.parametrize("late", [-0.2, -0.1, 0.1, 0.2])
+def test_marks_of_another_clock_are_left_out_and_told(late):
+    """All are as early or late; marks that only disagree about contacts, as of who lands on the toes, are believed."""
+    marks = [replace(event, time=event.time + late) for event in truth().events[2:-2]]
+    found = find_events(walker(), Recording(events=marks))
+    assert found.sources == {"kinematics": len(kinematic_events(walker()))}
+    (note,) = found.notes
+    said = re.fullmatch(r"the file's events are (.*) s from what the feet do, so they are left out", note)
+    assert float(said[1]) == pytest.approx(late, abs=0.03)
+    toes = [replace(e, time=e.time + (late if e.kind == "initial_contact" else 0.0)) for e in truth().events[2:-2]]
+    assert find_events(walker(), Recording(events=toes)).sources["file"] == len(toes)
 
 
 def test_methods_that_find_nothing_say_so():
@@ -226,6 +240,15 @@ def test_who_walks_backwards_lands_on_the_toes():
         landed = np.sort(last - times(truth().events, "toe_off", side))[1:-1]
         found = times(kinematic_events(back), "initial_contact", side)
         assert max(np.abs(found - t).min() for t in landed) < 0.04
+
+
+@pytest.mark.parametrize(
+    "clip", ["dataset-1_run_active_001", "dataset-1_walk_normal_001", "dataset-1_walk-back_active_001"]
+)
+def test_runners_who_lift_their_feet_do_not_walk_backwards(mocap, clip):
+    """In swing, a runner's toe is behind the ankle. The clip's name says where it goes."""
+    folder = mocap / "bandai_namco/Bandai-Namco-Research-Motiondataset-1/data"
+    assert walks_backwards(feet_of(read(folder / f"{clip}.bvh"))) == ("back" in clip)
 
 
 def test_who_stands_takes_no_steps():

@@ -38,6 +38,16 @@ def test_a_treadmill_is_steady_throughout():
     assert [s.kind for s in find_stretches(feet)] == ["steady"]
 
 
+@pytest.mark.parametrize("drift", [-0.4, -0.1, 0.1, 0.3])
+def test_who_drifts_on_a_treadmill_is_on_it(drift):
+    """Strides are as long as on a floor, whatever the pelvis does: the belt carries the foot that stands."""
+    feet = on_belt(walker(), 1.4 / 1.1 - drift)
+    assert on_treadmill(feet)
+    strides = find_strides(feet, find_events(feet), find_stretches(feet))
+    assert {s.kind for s in strides} == {"steady"}
+    assert [s.length for s in strides] == pytest.approx([1.4] * len(strides), rel=0.03)
+
+
 def test_a_start_from_standing_is_cut_out():
     feet = walker(9.0)
     wait = moved(feet, lambda p: np.concatenate([np.repeat(p[:1], 300, 0), p[:600]]))

@@ -8,7 +8,7 @@ import pytest
 from motionenv.errors import GapError, MotionError
 from motionenv.gait import Session, analyse, read_session, read_trial, summarise
 from motionenv.gait.trial import ANGLES
-from motionenv.mocap import read, write
+from motionenv.mocap import read, write, write_markers
 from motionenv.mocap.clinical import CLINICAL_ANGLES
 from motionenv.models.synthesis import synthesize
 from motionenv.types import Markers
@@ -151,3 +151,55 @@ def test_standing_has_no_parameters(mocap):
     assert session.parameters == ()
     assert np.isnan(session.toe_off("left"))
     assert np.isnan(session.mean_curve("left", "hip_flexion")[0]).all()
+
+
+def leg_of(capture: Markers, fps: float) -> Markers:
+    return Markers(capture.names, capture.positions, fps)
+
+
+def test_a_frame_rate_that_makes_people_too_quick_is_doubted_and_can_be_given(mocap, tmp_path):
+    """Twice the frame rate makes steps of 0.26 s. What is given then goes before what the file states."""
+    path = mocap / f"{PIG}PiG_Motion-FlatFoot-Full.c3d"
+    walk = read(path)
+    assert analyse(walk).doubts == ()
+    fast = tmp_path / "fast.trc"
+    write_markers(leg_of(walk, 2 * walk.fps), fast)
+    (doubt,) = read_session([fast]).trials[0].doubts
+    assert "quicker than people's with legs of 0." in doubt
+    (mended,) = read_session([fast], fps=walk.fps).trials
+    assert mended.doubts == ()
+    seconds = np.median([stride.seconds for stride in analyse(walk).strides])
+    assert np.median([stride.seconds for stride in mended.strides]) == pytest.approx(seconds, abs=0.02)
+
+
+def test_toddlers_legs_do_not_step_as_slowly_as_adults(mocap):
+    """Inches called centimetres. A toddler of that size swings legs as a pendulum of their length does."""
+    walk = read(mocap / f"{PIG}PiG_Motion-FlatFoot-Full.c3d")
+    small = Markers(walk.names, walk.positions / 2.54, walk.fps)
+    (doubt,) = analyse(small).doubts
+    assert "slower than people's with legs of 0.3" in doubt
+    toddler = Markers(walk.names, walk.positions / 2.54, walk.fps * np.sqrt(2.54))
+    assert analyse(toddler).doubts == ()
+
+
+@pytest.mark.parametrize("run", ["run200", "run500"])
+def test_runners_are_not_too_quick(mocap, run):
+    assert read_trial(mocap / f"nimble/osim/HamnerSubject04/subject04/trials/{run}/markers.trc").doubts == ()
+
+
+def test_who_turns_to_walk_backwards_is_doubted(mocap):
+    walk = read(mocap / f"{PIG}PiG_Motion3_FF.c3d")
+    both = Markers(walk.names, np.concatenate([walk.positions, walk.positions[::-1]]), walk.fps)
+    assert any("feet point backwards" in doubt for doubt in analyse(both).doubts)
+
+
+@pytest.mark.parametrize("lost", ["LKNE", "LANK"])
+def test_a_leg_without_a_joint_still_takes_steps(mocap, lost):
+    """Heel and toe tell all step parameters."""
+    walk = read(mocap / f"{PIG}PiG_Motion3_noFF.c3d")
+    kept = [i for i, name in enumerate(walk.names) if name != lost]
+    part = Markers([walk.names[i] for i in kept], walk.positions[:, kept], walk.fps)
+    whole, less = (analyse(leg_of(capture, walk.fps)) for capture in (walk, part))
+    assert [s.step_length for s in less.strides] == pytest.approx([s.step_length for s in whole.strides], abs=0.01)
+    assert not any("was captured" in note for note in less.notes)
+    assert np.isnan(less.angles["left_knee_flexion"]).all()

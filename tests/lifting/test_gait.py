@@ -200,6 +200,13 @@ def test_hidden_joints_and_strange_postures_are_cut_out():
         gait_of(replace(lifted, free=replace(lifted.free, surprise=np.ones_like(surprise))))
 
 
+def test_a_frame_rate_that_makes_people_too_quick_is_told(side):
+    points, camera = seen(0.1)
+    fast = gait_of(lift(replace(points, fps=2 * FPS), camera=camera), draws=8)
+    assert any("quicker than people's" in warning for warning in fast.warnings)
+    assert not any("quicker than people's" in warning for warning in side.warnings)
+
+
 def test_without_heels_and_toes_ankles_are_not_told():
     points, camera = seen(0.1)
     found = gait_of(lift(points, camera=camera), draws=8)

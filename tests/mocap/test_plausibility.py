@@ -1,5 +1,6 @@
 """Captures that are misread, damaged or not of one person, made from walks of a model; and people who look odd."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ import motionenv
 from motionenv.errors import CaptureWarning, MotionError
 from motionenv.gait import analyse
 from motionenv.gait.feet import feet_of
-from motionenv.mocap import read, read_motion, retarget, to_markers, write_markers
+from motionenv.mocap import MarkerMap, read, read_motion, retarget, to_markers, write_markers
 from motionenv.mocap.clinical import clinical_angles
 from motionenv.mocap.plausibility import check_plausible, find_doubts, mended
 from motionenv.types import MARKERS, POSE, Markers, Motion
@@ -248,3 +249,74 @@ def test_a_unit_that_two_readings_explain_is_not_chosen(person):
     again = lambda unit: replace(inches, positions=inches.positions * of[unit])
     assert mended(inches, again, ("unit",)).notes == ()
     assert any("not a person's" in doubt for doubt in find_doubts(inches))
+
+
+def with_leg_markers() -> Markers:
+    """The walk with wands and lateral markers on the left leg, 4 cm beside the lines from hip to ankle."""
+    joints = walk()
+    hip, knee, ankle = (of(joints, name) for name in ("LHip", "LKnee", "LAnkle"))
+    aside = np.array([0.0, 0.04, 0.0])
+    beside = {"LTHI": 0.5 * (hip + knee), "LKNE": knee, "LTIB": 0.5 * (knee + ankle), "LANK": ankle}
+    points = np.concatenate([joints.positions, np.stack([place + aside for place in beside.values()], 1)], 1)
+    return replace(joints, names=(*joints.names, *beside), positions=points)
+
+
+LEG_NAMES = {
+    **{f"left_{joint}": f"L{joint.title()}" for joint in ("hip", "heel")},
+    **{f"right_{joint}": f"R{joint.title()}" for joint in ("hip", "knee", "ankle", "heel")},
+    "left_toe": "LBigToe", "right_toe": "RBigToe", "left_thigh": "LTHI", "left_shank": "LTIB",
+    "left_knee_lateral": "LKNE", "left_ankle_lateral": "LANK",
+}  # fmt: skip
+LEG_MAP = MarkerMap({landmark: ({name: 1.0},) for landmark, name in LEG_NAMES.items()})
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "says"),
+    [
+        ("LTHI", "LKNE", "the left knee is nearer to the hip than the thigh is"),
+        ("LTIB", "LANK", "the left ankle is nearer to the knee than the shank is"),
+        ("LHeel", "LANK", "the left heel is nearer to the toe than the ankle is"),
+        ("LHeel", "RHeel", "the left heel and toe are"),
+        ("LBigToe", "RBigToe", "the right heel and toe are"),
+        ("LTIB", "RAnkle", "the left shank and ankle are"),
+    ],
+)
+def test_markers_of_legs_that_are_exchanged_throughout_are_doubted(one, other, says):
+    whole = with_leg_markers()
+    assert find_doubts(whole, LEG_MAP) == ()
+    mixed = changed(changed(whole, one, of(whole, other)), other, of(whole, one))
+    assert any(doubt.startswith(says) for doubt in find_doubts(mixed, LEG_MAP))
+
+
+def test_a_size_is_doubted_by_markers_where_joints_cannot_be_placed():
+    """Legs of 3 cm are shorter than what lies between a knee's marker and its centre."""
+    small = turned(with_leg_markers(), np.eye(3) / 25.4)
+    assert any("not a person's" in doubt for doubt in find_doubts(small, LEG_MAP))
+
+
+def test_a_marker_that_jumps_is_named_with_its_time(person):
+    heel = of(person, "LHeel")
+    heel[150] += [0.2, 0.0, 0.3]
+    (doubt,) = find_doubts(changed(person, "LHeel", heel))
+    assert re.fullmatch(r"LHeel jumps by 0\.3\d m at 1\.50 s", doubt)
+
+
+@pytest.mark.parametrize("every", [1, 10])
+def test_repeated_frames_are_doubted_and_standing_is_not(person, every):
+    """Films of 50 frames a second that are sampled at 100 repeat every frame; others some of them."""
+    kept = np.sort(np.concatenate([np.arange(300), np.arange(0, 300, every)]))
+    repeats = replace(person, positions=person.positions[kept])
+    (doubt,) = find_doubts(repeats)
+    assert doubt.startswith(f"{300 // every} of {len(kept)} frames repeat the one before")
+    still = replace(person, positions=np.repeat(person.positions[:1], 100, axis=0))
+    assert find_doubts(still) == ()
+
+
+@pytest.mark.parametrize("start", [0, 40])
+def test_a_marker_that_sticks_nearly_all_along_is_a_gap(person, start):
+    heel = of(person, "LHeel")
+    heel[start:] = heel[start]
+    found = mended(changed(person, "LHeel", heel), lambda **_: person, ())
+    assert np.isnan(of(found, "LHeel")[start:]).all()
+    assert np.isfinite(of(found, "LHeel")[:start]).all()
+    assert "LHeel" in found.notes[0]

@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 from scipy.special import expit
 
 from motionenv.models.eigenwalkers.fourier_series import OTHER_SIDE
@@ -140,7 +141,9 @@ def propose(network: PostureNetwork, rays: np.ndarray, fps: float) -> Proposal:
         total[indices] += share[:, None, None] * posture
         spread[indices] += share[:, None] * deviation
         weight[indices] += share
-    return Proposal(total / weight[:, None, None], spread / weight[:, None])
+    # A stream may see nothing, as where every other frame was detected: its neighbours propose for it.
+    near = distance_transform_edt(weight == 0, return_distances=False, return_indices=True)[0]
+    return Proposal(total[near] / weight[near, None, None], spread[near] / weight[near, None])
 
 
 def _clips(frames: int, stride: int) -> list[np.ndarray]:

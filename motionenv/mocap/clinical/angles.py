@@ -102,7 +102,7 @@ def _of_plane(landmarks: Landmarks, frames: int) -> ClinicalAngles:
     unknown = np.full(frames, np.nan)
     values = np.stack([known.get(name, unknown) for name in CLINICAL_ANGLES], -1)
     how = "all points lie in one plane, so flexion only, the hips' relative to the trunk"
-    return ClinicalAngles(_wrapped(values), landmarks.fps, how)
+    return ClinicalAngles(wrapped(values), landmarks.fps, how)
 
 
 def person_of(
@@ -144,11 +144,11 @@ def _of_leg(leg: Leg, base: np.ndarray | None, ways: np.ndarray | None, sign: fl
     turned = -sign if leg.ankle_axis else np.nan
     ankle = np.column_stack([-90.0 - foot[:, 0], turned * foot[:, 2], turned * foot[:, 1]])
     way = -sign * _relative(ways, leg.foot, frames)[:, 1:2]
-    return _wrapped(np.concatenate([pelvis, hip, knee, ankle, way], axis=1))
+    return wrapped(np.concatenate([pelvis, hip, knee, ankle, way], axis=1))
 
 
-def _wrapped(degrees: np.ndarray) -> np.ndarray:
-    """Angles [degrees] from -180 to below 180."""
+def wrapped(degrees: np.ndarray) -> np.ndarray:
+    """Angles [degrees] of any shape, from -180 to below 180."""
     return (degrees + 180.0) % 360.0 - 180.0
 
 

@@ -31,6 +31,9 @@ from motionenv.mocap.clinical.measurements import Measurements, Side, completed
 #: Mean varus of the knee [rad] beyond which the thigh's wand is probably not in the plane of the knee's axis: legs
 #: aren't that bowed.
 _MOST_VARUS = np.radians(20.0)
+#: So does a varus that varies by more than this share of the flexion, and by more than an angle [rad]: captures with
+#: good wands come to 0.3, others to 0.45 to 1.7.
+_CROSS_TALK, _STEADY_VARUS = 0.4, np.radians(15.0)
 #: What to do with the markers on thighs and shanks.
 WANDS = ("auto", "use", "ignore")
 
@@ -255,14 +258,17 @@ def _by_chord(
 
 
 def _aligned(positions, hip, knee, lateral, side: str) -> bool:
-    """Whether the thigh's wand gives a knee that bends forwards and back: its mean varus is one that legs have."""
+    """Whether the thigh's wand gives a knee that bends forwards and back: its varus is one that legs have."""
     ankle = positions.get(f"{side}_ankle_lateral")
     if ankle is None:
         return True
     thigh = frame(hip - knee, SIGN[side] * (lateral - knee))
     down = np.einsum("tji,tj->ti", thigh, unit(ankle - lateral))
     varus = np.arctan2(-SIGN[side] * down[:, 1], np.hypot(down[:, 0], down[:, 2]))
-    return not abs(middle(varus)) > _MOST_VARUS
+    flexion = np.arctan2(-down[:, 0], -down[:, 2])
+    known = np.isfinite(varus)
+    varies, bends = (np.ptp(np.percentile(a[known], [5, 95])) if known.any() else 0.0 for a in (varus, flexion))
+    return not (abs(middle(varus)) > _MOST_VARUS or varies > max(_CROSS_TALK * bends, _STEADY_VARUS))
 
 
 def _foot(positions, leg: Leg, own: Side, side: str, standing: tuple[float, float] | None) -> np.ndarray | None:

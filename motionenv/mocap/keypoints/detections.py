@@ -138,7 +138,7 @@ def _everybody(path, content) -> list[tuple]:
     if not isinstance(content, list):
         raise FormatError(path, "must be a list of detections or frames, or a data set; of files per frame, the folder")
     out: list[tuple] = []
-    for i, entry in enumerate(content):
+    for i, entry in enumerate([] if one is None else one for one in content):
         frame = _first(entry, "frame") if isinstance(entry, dict) else i
         if frame is None and _first(entry, "people") is not None:
             frame = i
@@ -156,7 +156,8 @@ def _people(path, entry) -> list:
     if isinstance(entry, dict):
         points = _first(entry, "points")
         several = isinstance(points, list) and all(map(_is_landmarks, points))
-        entry = _first(entry, "people") if points is None else points if several else [entry]
+        null: Any = [] if any(key in entry for what in ("people", "points") for key in _KEYS[what]) else None
+        entry = _first(entry, "people") or null if points is None else points if several else [entry]
     people = [entry] if _is_landmarks(entry) else entry
     if not isinstance(people, list) or not all(isinstance(person, list | dict) for person in people):
         raise FormatError(path, f"must list the people of a frame, got {_short(entry)}")
@@ -203,8 +204,9 @@ def _columns(person: dict) -> list:
         values = {key: [point.get(key) for point in values] for key in values[0]}
     if isinstance(values, dict):
         x, y, score = values.get("x"), values.get("y"), _first(values, "score")
-    elif "keypoint_scores" in person:
-        (x, y), score = zip(*values, strict=True), person["keypoint_scores"]
+    elif values and isinstance(values[0], list):
+        x, y, *score = zip(*values, strict=True)
+        score = person.get("keypoint_scores", *score)
     else:
         x, y, score = values[0::3], values[1::3], values[2::3]
     return [x, y, [1.0] * len(x) if score is None else score]

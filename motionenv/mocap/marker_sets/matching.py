@@ -110,7 +110,7 @@ def find_landmarks(markers: Markers, marker_map: MarkerMap | str | None = None) 
         for landmark, weights in points.items()
     }
     if _sides_exchanged(positions):
-        note = "the file's names exchange left and right, as its pelvis shows: they are exchanged back here"
+        note = "the file's names exchange left and right, as its pelvis shows, or an axis is mirrored: exchanged back"
         return Landmarks(_other_sides(positions), markers.fps, chosen, _other_sides(points), (note,))
     return Landmarks(positions, markers.fps, chosen, points)
 

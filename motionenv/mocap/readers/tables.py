@@ -19,7 +19,7 @@ from motionenv.types import Markers
 
 _POINT = re.compile(r"(.*?)[\s_.-]*([xyz])(?:[\s_]*[\[(]?(mm|cm|dm|m)[\])]?)?", re.IGNORECASE)
 _TIME = re.compile(r"(?:time|t|timestamp|seconds)[\s_]*[\[(]?(ms|milliseconds|s|sec|seconds)?[\])]?", re.IGNORECASE)
-_FRAME = re.compile(r"frames?|frame[\s_]?(?:#|no\.?|number|index)|index|", re.IGNORECASE)
+_FRAME = re.compile(r"frames?|frame[\s_]?(?:#|no\.?|number|index)|index", re.IGNORECASE)
 _GAPS = ("", "nan", "null", "na", "none")
 _USUAL = ("m", "cm", "mm")  # at most one of them makes a person of people's size
 _EVEN = 0.25  # of a step, deviation of a step in time
@@ -148,13 +148,15 @@ def _plain(path, lines: list[str]) -> _Table:
         raise FormatError(path, "has no data after its header: it is truncated", f"line {len(lines)}")
     flat = [c for three in columns.values() for c in three]
     points = _values(path, rows[1:], flat, [header[c] for c in flat])
-    clock = next(((c, found) for c, word in enumerate(header) if (found := _TIME.fullmatch(word))), None)
+    clock = next((c for kind in (_TIME, _FRAME) for c, word in enumerate(header) if kind.fullmatch(word)), None)
+    times = np.arange(len(points)) if clock is None else _values(path, rows[1:], [clock], [header[clock]])[:, 0]
+    if (steps := np.diff(times)).size and not (np.abs(steps - np.median(steps)) < _EVEN * np.median(steps)).all():
+        raise FormatError(path, f"{header[clock or 0]} must grow in even steps: resample or add lines", "line 2")
 
     def rate() -> float:
-        if clock is None:
+        if clock is None or not (kind := _TIME.fullmatch(header[clock])):
             raise FormatError(path, "has no column of times, such as time: pass fps= (--fps)", "line 1")
-        times = _values(path, rows[1:], [clock[0]], [header[clock[0]]])[:, 0]
-        return _rate(path, times * (1e-3 if (clock[1][1] or "").lower().startswith("m") else 1.0), header[clock[0]])
+        return _rate(path, times * (1e-3 if (kind[1] or "").lower().startswith("m") else 1.0), header[clock])
 
     unit = units.pop().lower() if len(units) == 1 else ""
     return _Table(list(columns), points.reshape(len(points), -1, 3), rate, unit)
@@ -230,10 +232,7 @@ def _stated(path, word: str, key: str) -> float:
 
 def _rate(path, times: np.ndarray, column: str) -> float:
     """The frame rate of even times [s], whole if it nearly is."""
-    steps = np.diff(times)
-    step = float(np.median(steps)) if len(steps) else np.nan
-    if not 0 < step <= 1 or not (np.abs(steps - step) <= _EVEN * step).all():
-        problem = f"{column} must grow in even steps of at most a second: resample it, or pass fps= (--fps)"
-        raise FormatError(path, problem, "line 2")
-    mean = len(steps) / float(times[-1] - times[0])
+    if not 0 < times[-1] - times[0] <= len(times) - 1:
+        raise FormatError(path, f"{column} must grow in even steps of at most a second: pass fps= (--fps)", "line 2")
+    mean = (len(times) - 1) / float(times[-1] - times[0])
     return float(round(mean)) if abs(mean - round(mean)) <= _WHOLE * mean else mean

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from motionenv._core.runs import runs
 from motionenv.body.gaps import check_shown
 from motionenv.body.skeleton import LIMITS
 from motionenv.models.base import GaitModel
@@ -65,12 +66,12 @@ def _filled(poses: np.ndarray, fps: float, prior: AnglePrior) -> np.ndarray:
     """Poses (frames, 25) without gaps, but for frames whose root stays unknown."""
     out = poses.copy()
     rooted = np.isfinite(poses[:, :_ROOT]).all(axis=1)
-    for first, last in _runs(~rooted):
+    for first, last in runs(~rooted):
         if 0 < first and last < len(poses) and (last - first) / fps <= LONGEST:
             _bridge(out, first, last, fps)
         else:
             out[first:last] = np.nan
-    for first, last in _runs(np.isfinite(out[:, 0])):
+    for first, last in runs(np.isfinite(out[:, 0])):
         out[first:last, _ROOT:] = _with_angles(out[first:last, _ROOT:], fps, prior)
     return np.where(np.isfinite(poses) & np.isfinite(out[:, :1]), poses, out)
 
@@ -96,7 +97,7 @@ def _with_angles(angles: np.ndarray, fps: float, prior: AnglePrior) -> np.ndarra
     margin = round((REACH + LAGS[-1]) * fps)
     by_run = defaultdict(list)
     for angle, gaps in enumerate(np.isnan(angles).T):
-        for run in _runs(gaps):
+        for run in runs(gaps):
             by_run[run].append(angle)
     for (first, last), wanted in sorted(by_run.items(), key=lambda item: item[0][1] - item[0][0]):
         start, stop = max(first - margin, 0), min(last + margin, len(out))
@@ -115,12 +116,6 @@ def _range(angle: int, known: np.ndarray) -> tuple[float, float]:
     low, high = LIMITS[_ROOT + angle]
     known = known[np.isfinite(known)]
     return min(low, known.min(initial=low)), max(high, known.max(initial=high))
-
-
-def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
-    """First frame and the frame behind the last of each run of True in `mask` (frames,)."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def interpolated(values: np.ndarray, first: int, last: int, fps: float) -> np.ndarray:

@@ -81,3 +81,14 @@ def test_any_length_and_rate_will_do(frames, fps):
     assert made.posture.shape == (frames, 15, 3)
     assert np.isfinite(made.posture).all()
     assert (made.spread > 0).all()
+
+
+@pytest.mark.parametrize("every", [2, 3])
+def test_frames_between_those_that_a_detector_saw_are_near_the_truth(every):
+    """Of a film at `every` times 15 fps, of which the detector took every frame of 15 a second: one stream sees."""
+    rays = np.full((len(RAYS), 15, 3), np.nan)
+    rays[::every] = RAYS[::every]
+    made = propose(NETWORK, rays, 15.0 * every)
+    off = np.linalg.norm(made.posture * BODY_UNIT - (PLACES - PLACES[:, [2]]), axis=-1)
+    assert off.mean() < 0.1
+    assert (made.spread > 0).all()

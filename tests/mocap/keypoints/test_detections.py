@@ -110,7 +110,7 @@ DAMAGED = {
     "short": (results(3, keypoints=[1.0, 2.0, 3.0, 4.0]), "keypoints must be numbers"),
     "texts": (results(3, keypoints=["1"] * 51), "keypoints must be numbers"),
     "truths": (results(3, keypoints=[True] * 51), "keypoints must be numbers"),
-    "nested": (results(3, keypoints=[[1, 2, 3]] * 17), "keypoints must be numbers"),
+    "nested": (results(3, keypoints=[[1, 2, 3]] * 16 + [[1, 2]]), "keypoints must be numbers"),
     "no keypoints": ([{"image_id": 1}], "keypoints must be numbers"),
     "no image": ([{"keypoints": person()}], "image_id"),
     "wordy image": (results(3, image_id="frame"), "number of a frame"),
@@ -327,3 +327,25 @@ def test_damage_to_any_layout_gives_a_format_error_or_keypoints(tmp_path_factory
         found = read_one(path)
         assert found.ndim == 3
         assert found.shape[2] == 3
+
+
+@pytest.mark.parametrize("form", ["entry", "people", "keypoints"])
+def test_frames_of_nobody_may_be_null(tmp_path, form):
+    """As MediaPipe's `pose_landmarks`, which are None, are dumped."""
+    of = {
+        "entry": lambda i, points: points and [{"keypoints": points}],
+        "people": lambda i, points: {"frame": i, "people": points and [{"keypoints": points}]},
+        "keypoints": lambda i, points: {"frame": i, "keypoints": points},
+    }[form]
+    found = read_one(saved(tmp_path, [of(i, None if i == 2 else person(200 + i)) for i in range(5)]))
+    assert np.flatnonzero(np.isnan(found).all((1, 2))).tolist() == [2]
+    np.testing.assert_array_equal(found[3].ravel(), person(203))
+
+
+@pytest.mark.parametrize("columns", [2, 3])
+def test_keypoints_may_be_a_list_of_each(tmp_path, columns):
+    points = [np.reshape(person(200 + i), (17, 3)) for i in range(4)]
+    content = [{"image_id": i, "keypoints": one[:, :columns].tolist()} for i, one in enumerate(points)]
+    found = read_one(saved(tmp_path, content))
+    np.testing.assert_array_equal(found[:, :, :columns], np.array(points)[:, :, :columns])
+    assert columns == 3 or (found[:, :, 2] == 1).all()

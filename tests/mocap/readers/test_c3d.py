@@ -122,11 +122,15 @@ def test_a_first_frame_that_the_header_has_stays(tmp_path):
     )
 
 
-def test_events_that_all_lie_outside_are_told(tmp_path):
-    times = np.array([[0.0, 1.0], [99.0, 5.0]])
-    event = {"USED": [2], "CONTEXTS": ["Left"] * 2, "LABELS": ["Foot Strike"] * 2, "TIMES": times}
+@pytest.mark.parametrize("first", [99.0, 0.2])
+def test_events_that_mostly_lie_outside_are_told_and_not_used(tmp_path, first):
+    """As of times in another unit: the one within the trial is at another time, too."""
+    times = np.array([[0.0, 1.0, 0.0], [first, 5.0, 9.0]])
+    event = {"USED": [3], "CONTEXTS": ["Left"] * 3, "LABELS": ["Foot Strike"] * 3, "TIMES": times}
     got = c3d.read(save(tmp_path, "A", np.ones((1, 50, 3)), others={"EVENT": event}))
-    assert got.notes == ("all 2 events of the file lie outside of its frames, whose first is 1: none is used",)
+    many = 3 if first == 99.0 else 2
+    assert got.notes == (f"{many} of 3 events of the file lie outside of its frames, whose first is 1: none is used",)
+    assert got.recording.events == ()
 
 
 def test_names_from_windows_are_latin(tmp_path):

@@ -242,3 +242,14 @@ def test_lift_says_that_a_table_has_three_dimensions(tmp_path, points):
         FormatError, match="has 3D points: project them with --project, or read them with motionenv.read"
     ):
         read_points(save(tmp_path, plain(points, "millimetres", False), "a.csv", ","))
+
+
+@pytest.mark.parametrize("column", ["frame", "time"])
+def test_lines_of_missing_frames_are_asked_for(tmp_path, column):
+    """With a frame rate, too: the lines would be taken for frames that follow each other."""
+    path = tmp_path / "a.csv"
+    path.write_text(f"{column},a_x_m,a_y_m,a_z_m\n" + "".join(f"{t},1,2,{3 + t}\n" for t in (0, 1, 2, 5, 6)))
+    with pytest.raises(FormatError, match=f"{column} must grow in even steps"):
+        read(path, fps=50)
+    path.write_text(f"{column},a_x_m,a_y_m,a_z_m\n" + "".join(f"{t},1,2,{3 + t}\n" for t in (10, 12, 14)))
+    assert read(path, fps=50, unit="m").positions.shape == (3, 1, 3)

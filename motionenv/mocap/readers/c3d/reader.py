@@ -155,7 +155,7 @@ def result_names(parameters: Parameters, labels: Sequence[str]) -> set[str]:
 def read_events(
     parameters: Parameters, layout: Layout, fps: float, others: Sequence[str] = ()
 ) -> tuple[tuple[Event, ...], tuple[str, ...]]:
-    """The contacts and toe-offs within the trial, in the order of time, and a note if there are only others.
+    """The contacts and toe-offs within the trial, in the order of time, and a note if there are mostly others.
 
     They are the header's if the parameters have none, and those of `others` in the file are left out. EVENT:TIMES are
     minutes and seconds, the header's are seconds, both since frame 1.
@@ -173,8 +173,10 @@ def read_events(
             found.append(Event(min(max(time, 0.0), (layout.frames - 1) / fps), *meaning))
         elif meaning:
             outside += 1
-    lost = f"all {outside} events of the file lie outside of its frames, whose first is {layout.first}: none is used"
-    return tuple(sorted(found, key=lambda event: event.time)), (lost,) if outside and not found else ()
+    if outside <= len(found):
+        return tuple(sorted(found, key=lambda event: event.time)), ()
+    many = f"{outside} of {outside + len(found)} events of the file lie outside of its frames"
+    return (), (f"{many}, whose first is {layout.first}: none is used",)
 
 
 def _meaning(label: str, context: str) -> tuple[str, str] | None:
