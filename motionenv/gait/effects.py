@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.runs import runs
 from motionenv._core.validation import checked_number, random_generator
 from motionenv.errors import MotionError
 
@@ -59,9 +60,7 @@ class Effect:
     @property
     def intervals(self) -> list[tuple[int, int]]:
         """First and last phase of each part of the cycle in which the band leaves zero out."""
-        out = np.abs(self.t) > self.threshold
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], out, [False]]).astype(np.int8))).reshape(-1, 2)
-        return [(int(a), int(b) - 1) for a, b in edges]
+        return [(first, end - 1) for first, end in runs(np.abs(self.t) > self.threshold)]
 
 
 def effect_of(

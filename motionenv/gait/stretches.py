@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from motionenv._core.representation import OneLine
+from motionenv._core.runs import runs
 from motionenv.gait.feet import Feet, smoothed
 
 _CUTOFF = 0.8  # [Hz] below the rhythm of strides
@@ -102,8 +103,7 @@ def _kinds(feet: Feet) -> np.ndarray:
 def _hidden(known: np.ndarray, least: int) -> np.ndarray:
     """Frames in gaps of at least `least` frames; shorter ones are bridged."""
     hidden = np.zeros(len(known), dtype=bool)
-    edges = np.flatnonzero(np.diff(np.concatenate([[True], known, [True]]).astype(np.int8))).reshape(-1, 2)
-    for first, last in edges:
+    for first, last in runs(~known):
         hidden[first:last] = last - first >= least
     return hidden
 

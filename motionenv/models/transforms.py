@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from motionenv._core.runs import runs
 from motionenv._core.validation import checked_fps, checked_number
 from motionenv.body.limbs import resized
 from motionenv.body.skeleton import MIDDLE
@@ -48,12 +49,8 @@ def resample(motion: Motion, fps: float = 30.0) -> list[np.ndarray]:
     if motion.poses.ndim != 2:
         raise MotionError(f"resample one sequence at a time: (frames, 25), got {motion.poses.shape}")
     whole = np.isfinite(motion.poses).all(1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], whole, [False]]).astype(np.int8)))
-    return [
-        _canonical(_at_rate(motion.poses[first:last], motion.fps, fps))
-        for first, last in zip(edges[::2], edges[1::2], strict=True)
-        if last - first > 1
-    ]
+    pieces = [motion.poses[first:last] for first, last in runs(whole) if last - first > 1]
+    return [_canonical(_at_rate(poses, motion.fps, fps)) for poses in pieces]
 
 
 def _at_rate(poses: np.ndarray, have: float, want: float) -> np.ndarray:

@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from motionenv._core.runs import runs
 from motionenv.body import LIMBS, feet, limb_segments
 from motionenv.body.joints_kernel import joints_of
 from motionenv.data.specification import Specification
@@ -114,9 +115,7 @@ def phases(motion: Motion) -> np.ndarray:
     """
     ankles = feet(motion.poses, motion.skeleton)[0][..., 0]
     ahead = ankles[:, 0] - ankles[:, 1]
-    high = ahead > 0.5 * ahead.max()
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], high, [False]]).astype(np.int8))).reshape(-1, 2)
-    whole = [(first, end) for first, end in edges if 0 < first and end < len(ahead)]
+    whole = [(first, end) for first, end in runs(ahead > 0.5 * ahead.max()) if 0 < first and end < len(ahead)]
     tops = [_summit(ahead, first + int(np.argmax(ahead[first:end]))) for first, end in whole]
     if len(tops) < 2:
         raise MotionError(f"{motion.name or 'the walk'} is too slow for a phase: raise people.speed")

@@ -10,6 +10,7 @@ from html import escape
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.runs import runs
 from motionenv.gait.bands import PROFILE_ANGLES
 from motionenv.gait.profile import Score
 from motionenv.gait.strides import mean_and_sd
@@ -247,9 +248,8 @@ def _stance(toe_off: Mapping[str, float]) -> str:
 def line(x: np.ndarray, y: np.ndarray, kind: str) -> str:
     """A polyline, broken at gaps."""
     known = np.isfinite(x) & np.isfinite(y)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int8))).reshape(-1, 2)
-    pieces = ["M" + "L".join(f"{a:.1f} {b:.1f}" for a, b in zip(x[i:j], y[i:j], strict=True)) for i, j in edges]
-    return f'<path class="{kind}" d="{"".join(pieces)}"/>' if pieces else ""
+    lines = ["L".join(f"{a:.1f} {b:.1f}" for a, b in zip(x[i:j], y[i:j], strict=True)) for i, j in runs(known)]
+    return f'<path class="{kind}" d="M{"M".join(lines)}"/>' if lines else ""
 
 
 def points(x: np.ndarray, y: np.ndarray) -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motionenv.mocap.clinical.gait_model import unit
 from motionenv.types import MARKERS
 
 _M = {name: i for i, name in enumerate(MARKERS)}
@@ -72,8 +73,8 @@ class _Foot:
         filled = lambda v, other: np.where(self.known[..., None], v, np.array(other))
         leg = np.linalg.norm(hip - knee, axis=-1) + np.linalg.norm(knee - ankle, axis=-1)
         self.tall = np.nanmedian(leg, axis=-1)[..., None] / _LEG
-        self.shank = _unit(filled(ankle - knee, [0.0, 0.0, -1.0]))
-        self.left = _unit(filled(across, [0.0, 1.0, 0.0]) * [1.0, 1.0, 0.0])
+        self.shank = unit(filled(ankle - knee, [0.0, 0.0, -1.0]))
+        self.left = unit(filled(across, [0.0, 1.0, 0.0]) * [1.0, 1.0, 0.0])
         self.ankle = filled(ankle, 0.0)
         self.out = np.sin(_OUT if side == "left" else -_OUT)
         self.seen = np.isfinite(towards[..., 0])
@@ -115,7 +116,3 @@ class _Foot:
             normal += slant[..., :, None] * slant[..., None, :]
             slope += (residual / deviation)[..., None] * slant
         return normal, slope
-
-
-def _unit(v: np.ndarray) -> np.ndarray:
-    return v / np.linalg.norm(v, axis=-1, keepdims=True)

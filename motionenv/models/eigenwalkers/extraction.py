@@ -9,6 +9,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.optimize import minimize_scalar
 
+from motionenv._core.runs import runs
 from motionenv.errors import GapError, MotionError
 from motionenv.models.eigenwalkers import fourier_series as series
 from motionenv.models.eigenwalkers.fourier_series import HIGHER, LEFT_ANKLE, PARTS, PELVIS, RIGHT_ANKLE, FourierWalker
@@ -159,8 +160,7 @@ def steady_stretch(markers: Markers, share: float = 0.6) -> slice:
     speed = np.pad(uniform_filter1d(speed, step), (step - step // 2, step // 2), mode="edge")
     brisk = np.percentile(speed, 90)
     fast = (speed >= share * brisk) | (brisk < _TRAVEL)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], fast, [False]]).astype(np.int8))).reshape(-1, 2)
-    return slice(*edges[np.argmax(edges[:, 1] - edges[:, 0])].tolist())
+    return slice(*max(runs(fast), key=lambda run: run[1] - run[0]))
 
 
 def best_frequency(residual: Callable[[float], float], low: float, high: float, seconds: float) -> float:

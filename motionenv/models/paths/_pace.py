@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
+from motionenv._core.runs import runs
 from motionenv._core.validation import checked_number
 from motionenv.arguments import Request
 from motionenv.errors import ModelError, MotionError
-from motionenv.models.paths._steps import Steps, even_way, runs, smooth, steps_of
+from motionenv.models.paths._steps import Steps, even_way, smooth, steps_of
 from motionenv.types import SPEED_RANGE, Motion, Skeleton
 
 _TICK = 0.01  # [s] of the clock on which speed and phase are integrated
@@ -187,7 +188,7 @@ def _source(walk: Motion) -> _Source:
     steps = steps_of(walk)
     frames = np.arange(len(walk.poses))
     root = steps.poses[:, :2]
-    where = [runs(stands) for stands in steps.stands.T]
+    where = [np.reshape(runs(stands), (-1, 2)) for stands in steps.stands.T]
     if min(map(len, where)) < 4 or root[-1, 0] <= root[0, 0]:
         raise ModelError("this model's walk has no steps: it can go along a path only at one speed, and not stop")
     even = even_way(root, _OVER * np.median(np.diff(where[0][1:-1, 0])))

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from motionenv._core.rotations import to_euler, unwrap_euler
+from motionenv._core.runs import runs
 from motionenv.body.kinematics import feet, forward
 from motionenv.body.skeleton import NODES, SEGMENTS
 from motionenv.errors import GapError, MotionError
@@ -90,12 +91,6 @@ def even_way(root: np.ndarray, width: float) -> np.ndarray:
     line = np.linspace(0.0, 1.0, len(root))[:, None] * (root[-1] - root[0])
     even = smooth(root - line, width) + line
     return np.column_stack([np.maximum.accumulate(even[:, 0]), even[:, 1]])
-
-
-def runs(flags: np.ndarray) -> np.ndarray:
-    """First and one past the last index (n, 2) of each run of True in flags (frames,)."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
-    return edges.reshape(-1, 2)
 
 
 def _plant(ball: np.ndarray, stands: np.ndarray, fps: float) -> None:
