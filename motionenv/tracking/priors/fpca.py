@@ -19,6 +19,7 @@ steps become shorter and slower alike, and movements smaller; at 0 or less the p
 An unknown body size is part of φ: it scales the root's height and velocity. Feet stand on the ground, so a camera that
 knows where the ground is sees the distance by the feet and the size by the height; a body of a wrong, fixed size would
 have to be at a wrong distance. Log size is an Ornstein-Uhlenbeck process too, slow enough to be constant in a film.
+Paces ρ are those of a body of the skeleton's size; one of size s steps at ρ / √s, as pendulums swing (Hof 1996).
 """
 
 from dataclasses import dataclass
