@@ -48,7 +48,11 @@ _OTHER_GAIT = 0.3  # probability of switching the gait in each round
 _EXCHANGED = 0.1  # probability of swapping left and right, and of reflecting in depth
 # Standard deviations of the first round's noise: time [s], heading [rad], forward and sideways position [m].
 _MOMENT, _HEADING, _PLACE = 0.06, 0.25, 0.06
-_PACE, _PACES = 0.1, (0.6, 1.6)  # standard deviation of the log of a gait's pace, and least and greatest pace
+_PACE, _PACES = 0.2, (0.6, 2.0)  # standard deviation of the log of a gait's pace, and least and greatest pace
+# Mean and standard deviation of the log of statures of 6 to 17 years, relative to adults' (`motionenv.models.people`).
+_CHILDREN = -0.143, 0.127
+#: Log density (n,) of ground positions (n, 2) [m] and body sizes (n,).
+Place = Callable[[np.ndarray, np.ndarray], np.ndarray]
 #: Standard deviations (25,) of a candidate's pose: positions [m], then angles [rad].
 SPREAD = np.concatenate([np.full(3, 0.03), [0.05, 0.05, 0.12], np.full(19, 0.08)])
 
@@ -82,8 +86,8 @@ class _Bank:
 
 def automatic_start(
     likelihood: ImageLikelihood, observations: Sequence[Mapping[str, Any]], *, fps: float = 30.0, n: int = 10_000,
-    candidates: int = 256, model: WalkingModel | str = "walk/fpca", size: float = 0.0,
-    place: Callable[[np.ndarray], np.ndarray] | None = None, seed: int | np.random.Generator | None = None,
+    candidates: int = 256, model: WalkingModel | str = "walk/fpca", size: float = 0.0, children: float = 0.0,
+    place: Place | None = None, seed: int | np.random.Generator | None = None,
 ) -> Start:  # fmt: skip
     """Estimate candidates for the first pose from the first images.
 
@@ -96,7 +100,9 @@ def automatic_start(
         candidates: number of poses to return, equally weighted; likelier poses are repeated.
         model: `WalkingModel` of the hypotheses, or its name or path.
         size: standard deviation of the log of the body's size relative to the likelihood's skeleton; 0 if it is known.
-        place: log density (n,), up to a constant, of ground positions (n, 2) [m] in the first image; None is uniform.
+        children: share of children of 6 to 17 years among people; the others' sizes are about 1, with deviation `size`.
+        place: log density (n,), up to a constant, of ground positions (n, 2) [m] in the first image and sizes (n,), as
+            a factor of the prior; None is uniform.
         seed: int or Generator.
 
     Returns:
@@ -116,12 +122,12 @@ def automatic_start(
     bank = _build_bank(model, likelihood.skeleton, len(observations) / fps, rng)
     boxes = boxes[rng.integers(len(boxes), size=n)] + _EDGE * rng.standard_normal((n, 4))
     boxes = _whole_bodies(boxes, likelihood.camera, rng)
-    walkers = _random_hypotheses(bank, likelihood, boxes, size, rng)
+    walkers = _random_hypotheses(bank, likelihood, boxes, size, children, rng)
     for i in range(_ROUNDS):
-        some = pictures[:: max(1, len(pictures) >> i)]
-        drawn = walkers.take(systematic(tempered(_scores(bank, walkers, some, size, place), _KEPT * n), n, rng))
+        scores = _scores(bank, walkers, pictures[:: max(1, len(pictures) >> i)], size, children, place)
+        drawn = walkers.take(systematic(tempered(scores, _KEPT * n), n, rng))
         walkers = _perturbed(bank, drawn, likelihood.camera, _COOLING**i, size, rng)
-    scores = _scores(bank, walkers, pictures, size, place)
+    scores = _scores(bank, walkers, pictures, size, children, place)
     best = walkers.take(systematic(tempered(scores, max(2.0, 0.5 * _KEPT * n)), candidates, rng))
     centre = likelihood.camera.centre[:2]
     farther = np.exp(_DISTANT * rng.standard_normal(candidates))[:, None]
@@ -180,7 +186,7 @@ def _build_bank(model: WalkingModel | str, skeleton: Skeleton, seconds: float, r
 
 
 def _random_hypotheses(
-    bank: _Bank, likelihood: ImageLikelihood, boxes: np.ndarray, size: float, rng: np.random.Generator
+    bank: _Bank, likelihood: ImageLikelihood, boxes: np.ndarray, size: float, children: float, rng: np.random.Generator
 ) -> _Hypotheses:
     """Hypotheses with random gait, phase and heading, placed to match their bounding boxes (n, 4)."""
     n = len(boxes)
@@ -188,9 +194,11 @@ def _random_hypotheses(
     heading = 2 * np.pi * (np.arange(n) + rng.random(n)) / n
     gait, sizes = rng.integers(len(bank.cycles), size=n), np.ones(n)
     if size:
-        sizes = np.where(rng.random(n) < 0.5, np.exp(size * rng.standard_normal(n)), _sizes(likelihood, boxes))
-        sizes = np.clip(sizes, *np.exp([-_EXTREME * size, _EXTREME * size]))
-    pace, turn = np.exp(_PACE * rng.standard_normal(n)), TURN_RATE * rng.standard_normal(n)
+        mean, wide = np.where(rng.random((n, 1)) < children, _CHILDREN, (0.0, size)).T
+        drawn = np.exp(mean + wide * rng.standard_normal(n))
+        sizes = np.where(rng.random(n) < 0.5, drawn, _sizes(likelihood, boxes))
+        sizes = np.clip(sizes, *np.exp(_EXTREME * max(size, _CHILDREN[1] * (children > 0)) * np.array([-1, 1])))
+    pace, turn = np.exp(_PACE * rng.standard_normal(n)) / np.sqrt(sizes), TURN_RATE * rng.standard_normal(n)
     walkers = _Hypotheses(gait, moment, heading, np.zeros((n, 2)), sizes, pace, turn)
     camera = likelihood.camera
     place = _initial_positions(camera, likelihood.skeleton, boxes)
@@ -271,22 +279,26 @@ def _observed(likelihood: ImageLikelihood, observations: Sequence[Mapping[str, A
 
 
 def _scores(
-    bank: _Bank,
-    walkers: _Hypotheses,
-    pictures: Sequence[tuple[float, ImageLikelihood]],
-    size: float,
-    place: Callable[[np.ndarray], np.ndarray] | None,
-) -> np.ndarray:
+    bank: _Bank, walkers: _Hypotheses, pictures: Sequence[tuple[float, ImageLikelihood]], size: float, children: float,
+    place: Place | None,
+) -> np.ndarray:  # fmt: skip
     """Log posterior (n,) given images, as (seconds after the first, likelihood that has observed it), and priors."""
     total = -0.5 * (walkers.turn / TURN_RATE) ** 2
-    total -= 0.5 * (np.log(walkers.size) / size) ** 2 if size else 0.0
-    total += place(walkers.place) if place else 0.0
+    total += _log_sizes(np.log(walkers.size), size, children) if size else 0.0
+    total += place(walkers.place, walkers.size) if place else 0.0
     for seconds, likelihood in pictures:
         seen = _poses(bank, walkers, seconds)
         seen = apparent(seen, walkers.size, likelihood.camera) if size else seen
         there = np.nan_to_num(likelihood.log_likelihood(seen), nan=-1e9, neginf=-1e9)
         total += np.logaddexp(there, np.log(_UNSEEN) + log_nobody(likelihood, seen[0]))
     return total
+
+
+def _log_sizes(logs: np.ndarray, size: float, children: float) -> np.ndarray:
+    """Log density (n,), up to a constant, of logs of body sizes (n,)."""
+    adults, (mean, wide) = -0.5 * (logs / size) ** 2, _CHILDREN
+    young = -0.5 * ((logs - mean) / wide) ** 2 + np.log(size / wide)
+    return np.logaddexp(adults + np.log(1 - children), young + np.log(children)) if children else adults
 
 
 def _perturbed(

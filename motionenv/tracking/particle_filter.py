@@ -190,6 +190,7 @@ class ParticleFilter:
         self._lineage = np.arange(self.n)[None]  # ancestors of the particles in each of the last frames, oldest first
         # Who gives a pose knows where it is; a search guesses size and distance together.
         self._searched = self._sized and start.heights is not None
+        self._usual = np.log(self._state.sizes).mean() if self._searched else 0.0
 
     def step(self, **observation: Any) -> Belief:
         """Posterior of one more frame, whose `observation` is the arguments of the likelihood's `observe`.
@@ -226,14 +227,14 @@ class ParticleFilter:
     def _shifted_in_depth(self) -> Any:
         """Particles with new sizes, and as much farther away: the picture hardly tells, so few particles would differ.
 
-        Metropolis' rule keeps the distribution of sizes that of the prior.
+        Metropolis' rule keeps the distribution of sizes that of the prior, moved to the size that the search found.
         """
         prior, state = cast(SizedPrior, self.prior), self._state
-        old = np.log(state.sizes)
+        old = np.log(state.sizes) - self._usual
         new = old + _DEPTHS * self._rng.standard_normal(self.n)
         accepted = self._rng.random(self.n) < np.exp(0.5 * (old**2 - new**2) / prior.size**2)
         centre = cast(Camera, self.likelihood.camera).centre[:2]
-        return prior.resized(state, np.exp(np.where(accepted, new, old)), centre)
+        return prior.resized(state, np.exp(np.where(accepted, new, old) + self._usual), centre)
 
     def _restarted(self, observation: Mapping[str, Any]) -> bool:
         start = None if self.restart is None else self.restart(observation)

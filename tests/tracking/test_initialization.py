@@ -2,16 +2,18 @@
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from motionenv.body import markers
 from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.models.paths import WalkPath
+from motionenv.models.people import draw_person
 from motionenv.models.registry import load
 from motionenv.models.synthesis import synthesize
 from motionenv.render import render
 from motionenv.render.cameras import look_at, view
-from motionenv.tracking.initialization import automatic_start, bounding_boxes
+from motionenv.tracking.initialization import _log_sizes, automatic_start, bounding_boxes
 
 
 def pictures(alpha: float, seed: int, frames: int = 10):
@@ -73,6 +75,29 @@ def test_the_feet_tell_how_far_away_somebody_of_unknown_size_is(height):
     assert abs(away) < 0.25  # of 5 m: heads of small people are large
 
 
+def test_a_child_whose_feet_show_is_no_adult_farther_away():
+    walk = synthesize("walk/fpca", 1, 30, seed=3, height=1.2)
+    camera = view(0.0, width=64, height=64, distance=5.0)
+    masks = render(walk.poses[:4], walk.skeleton, camera).limbs > 0
+    likelihood, seen = SilhouetteLikelihood(camera, threads=1), [{"mask": m} for m in masks]
+    starts = [automatic_start(likelihood, seen, n=3000, size=0.06, children=c, seed=1) for c in (0.15, 0.0)]
+    off = [(np.median(start.poses[:, :3], axis=0) - walk.poses[0, :3]) @ camera.R[2] for start in starts]
+    assert abs(np.median(starts[0].heights) / 1.2 - 1) < 0.05
+    assert abs(off[0]) < 0.3 < off[1]  # [m] of 5
+
+
+def test_sizes_are_those_of_adults_and_of_the_populations_children():
+    rng, logs = np.random.default_rng(0), np.linspace(-0.5, 0.25, 7)
+    adults, children = (
+        np.array([draw_person(rng, person=kind).height for _ in range(4000)]) for kind in ("adult", "child")
+    )
+    young = np.log(children / adults.mean())
+    both = 0.85 * norm.pdf(logs, 0, 0.06) + 0.15 * norm.pdf(logs, young.mean(), young.std())
+    density = _log_sizes(logs, 0.06, 0.15)
+    np.testing.assert_allclose(density - density[4], np.log(both / both[4]), atol=0.3)
+    np.testing.assert_allclose(_log_sizes(logs, 0.06, 0.0), norm.logpdf(logs, 0, 0.06) - norm.logpdf(0, 0, 0.06))
+
+
 def cut(mask, rows):
     """A mask of which something hides rows, from one share of the body's height to another."""
     hidden, (v, _) = mask.copy(), np.nonzero(mask)
@@ -116,7 +141,7 @@ def test_a_known_place_decides_where_pictures_do_not():
     for far in (4.5, 6.0):
         start = automatic_start(
             likelihood, [{"mask": mask}], n=2000, size=0.2, seed=1,
-            place=lambda at, far=far: -0.5 * ((np.hypot(*(at - camera.centre[:2]).T) - far) / 0.05) ** 2,
+            place=lambda at, sizes, far=far: -0.5 * ((np.hypot(*(at - camera.centre[:2]).T) - far) / 0.05) ** 2,
         )  # fmt: skip
         assert np.median(np.hypot(*(start.poses[:, :2] - camera.centre[:2]).T)) == pytest.approx(far, abs=0.15)
 

@@ -34,6 +34,7 @@ _ANYWHERE = np.concatenate([np.full(2, 2.0), np.zeros(3), [2.0], np.full(19, 0.1
 _DISTANCES = 0.3  # standard deviation of the log of people's distances, relative to that of the world's origin
 _STRAYED = 1.0  # [m] standard deviation of how far somebody strays from where he was lost
 _MISTAKEN = -5.0  # log density, relative to the highest, at which somebody who was lost had been somewhere else
+_CHILDREN = 0.15  # share of children of 6 to 17 years among people
 _SIZE = 0.06  # standard deviation of the log of adults' statures
 # Rates by which a start is chosen, and somebody who was lost is found: of who is in plain view, and of who walks behind
 # things that nobody knows. Once found, people are followed with less certainty, behind things with _HIDDEN.
@@ -262,8 +263,9 @@ class _Track:
         lost = None if self._waiting is not None else self.belief
         place = None if self._given else partial(_log_place, seen.camera, lost)
         return automatic_start(
-            seen, observations, fps=prior.fps, n=_SEARCHED, size=prior.size, place=place, seed=self._rng
-        )
+            seen, observations, fps=prior.fps, n=_SEARCHED, size=prior.size, children=_CHILDREN, place=place,
+            seed=self._rng,
+        )  # fmt: skip
 
     def _found(self, observation: Mapping[str, Any]) -> Start | None:
         """A new start from one picture, or None where it shows nobody, or nobody near one whose start was given."""
@@ -282,8 +284,11 @@ class _Track:
         return found if np.median(away) < _NEAR else None
 
 
-def _log_place(camera: Camera, lost: Belief | None, places: np.ndarray) -> np.ndarray:
-    """Log density (n,) of places (n, 2) [m]: about as far away as the world's origin, and near one who was lost."""
+def _log_place(camera: Camera, lost: Belief | None, places: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Log density (n,) of places (n, 2) [m] and `sizes` (n,).
+
+    People are about as far away as the world's origin, and near one who was lost, whose size they have.
+    """
     centre = camera.centre
     away = np.log(np.maximum(np.hypot(*(places - centre[:2]).T), 0.1) / np.linalg.norm(centre))
     usual = -0.5 * (away / _DISTANCES) ** 2
@@ -292,7 +297,8 @@ def _log_place(camera: Camera, lost: Belief | None, places: np.ndarray) -> np.nd
     weights, where = np.exp(lost.log_weights), lost.poses[:, :2]
     spread = np.sqrt(_STRAYED**2 + weights @ ((where - lost.mean[:2]) ** 2).sum(axis=1) / 2)
     apart = np.hypot(*(places - lost.mean[:2]).T) / spread
-    return usual + np.logaddexp(-0.5 * apart**2, _MISTAKEN)
+    grown = 0.0 if lost.state.sizes is None else np.log(sizes) - weights @ np.log(lost.state.sizes)
+    return usual + np.logaddexp(-0.5 * (apart**2 + (grown / _SIZE) ** 2), _MISTAKEN)
 
 
 def _check_moves_an_arm(prior: Prior, start: Start) -> None:

@@ -8,9 +8,9 @@ from motionenv._core.compilation import kernel
 from motionenv._core.random import gaussian, restart, uniform
 from motionenv.models.paths.bending import AHEAD, GRAVITY, HEAD_MOST
 
-#: Columns of a gait array: phase [cycles], log pace [cycles/s], heading [rad], x, y [m], forward, left flow [m/cycle],
-#: log body size, turning rate [rad/s], speed relative to the pace's (from 1 it is the full one, up to 0 none), and
-#: whether the person is turning and changing speed, 1 or 0.
+#: Columns of a gait array: phase [cycles], log pace [cycles/s] at size 1, heading [rad], x, y [m], forward, left flow
+#: [m/cycle], log body size, turning rate [rad/s], speed relative to the pace's (from 1 it is the full one, up to 0
+#: none), and whether the person is turning and changing speed, 1 or 0.
 PHASE, PACE, HEADING, X, Y, FORWARD, LEFT, SIZE, TURN, EASE, TURNING, CHANGING = range(12)
 #: The discrete ones.
 STATES = [TURNING, CHANGING]
@@ -46,7 +46,8 @@ def add_noise(gait, scores, rest, key, noise, means, root, deviation, gait_out, 
         way, out = gait[i], gait_out[i]
         out[PACE] = means[0] + keep_pace * (way[PACE] - means[0]) + noise[4] * deviation[25] * gaussian(state)
         _change(state, way, noise, means[1], deviation, out)
-        out[PHASE] = way[PHASE] + math.exp(out[PACE]) * _slower(out[EASE]) * seconds + noise[7] * gaussian(state)
+        cadence = math.exp(out[PACE] - 0.5 * way[SIZE]) * _slower(out[EASE])  # short legs are quick (Hof 1996)
+        out[PHASE] = way[PHASE] + cadence * seconds + noise[7] * gaussian(state)
         out[HEADING] = way[HEADING] + out[TURN] * seconds + noise[8] * gaussian(state)
         c, s = math.cos(out[HEADING]), math.sin(out[HEADING])
         ahead, left = noise[9] * gaussian(state), noise[10] * gaussian(state)
@@ -122,7 +123,7 @@ def advance(table, still, gait, before, scores, rest, moves, poses) -> None:
             row[j] += rest[i, j]
         row[0], row[1] = way[X], way[Y]
         row[5] += way[HEADING]
-        speed = math.exp(way[PACE]) * slower * math.hypot(forward, left)
+        speed = math.exp(way[PACE] - 0.5 * way[SIZE]) * slower * math.hypot(forward, left)
         row[_OBLIQUITY] -= math.atan(speed * way[TURN] / GRAVITY)
         row[_NECK] += HEAD_MOST * math.tanh(AHEAD * way[TURN] / HEAD_MOST)
 

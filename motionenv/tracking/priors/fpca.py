@@ -19,6 +19,7 @@ steps become shorter and slower alike, and movements smaller; at 0 or less the p
 An unknown body size is part of φ: it scales the root's height and velocity. Feet stand on the ground, so a camera that
 knows where the ground is sees the distance by the feet and the size by the height; a body of a wrong, fixed size would
 have to be at a wrong distance. Log size is an Ornstein-Uhlenbeck process too, slow enough to be constant in a film.
+Paces ρ are those of a body of the skeleton's size; one of size s steps at ρ / √s, as pendulums swing (Hof 1996).
 """
 
 from dataclasses import dataclass
@@ -40,7 +41,7 @@ from motionenv.types import POSE, Skeleton
 _PHASES = 256  # phases per cycle at which the model is tabulated
 # Correlation times [s] of scores, pace, δ and size.
 _MEMORY, _PACE_MEMORY, _REST_MEMORY, _SIZE_MEMORY = 1.5, 2.0, 0.5, 20.0
-_PACE = 0.12  # standard deviation of log ρ; the model's people differ by 0.09
+_PACE = 0.2  # standard deviation of log ρ; the model's people differ by 0.09, others hurry
 _JITTER = 0.003  # [cycles] per frame at 30 frames/s
 _WANDER = np.array([0.015, 0.010])  # [m] forward and to the side, per frame at 30 frames/s
 _TURNING = 0.02  # [rad] per frame at 30 frames/s, beside the turning rate's
@@ -241,7 +242,7 @@ class FPCAPrior(SizedPrior):
         """Log paces (n,) of walkers at the candidates `row` (n,) of `start`, from the candidates' speeds."""
         speed = np.hypot(*(start.poses - start.previous)[row, :2].T) * self.fps
         flow = np.maximum(np.hypot(state.gait[:, FORWARD], state.gait[:, LEFT]), 1e-3)
-        seen = np.log(np.maximum(speed, _SLOWEST) / flow)
+        seen = np.log(np.maximum(speed, _SLOWEST) / flow) + 0.5 * state.gait[:, SIZE]
         uncertain = np.where(np.isnan(speed), np.inf, _SPEED / np.maximum(speed, _SLOWEST))
         precision = _PACE**-2 + uncertain**-2
         mean = (self.log_pace * _PACE**-2 + np.nan_to_num(seen) * uncertain**-2) / precision
@@ -267,17 +268,17 @@ class FPCAPrior(SizedPrior):
         off = turned_towards(poses[:, None] - means, np.zeros(25))[..., SHAPED]
         scores = np.einsum("pij,pkj,mpk->mpi", inverse, precision[None, :, None] * loadings, off, optimize=True)
         cost = (off**2 * precision).sum(-1) - np.einsum("mpi,pij,mpj->mp", scores, normal, scores, optimize=True)
-        cost += np.linalg.slogdet(normal)[1] + self._against_flow(start)
+        cost += np.linalg.slogdet(normal)[1] + self._against_flow(start, sizes)
         weights = np.exp(-0.5 * (cost - cost.min(axis=1, keepdims=True)))
         return weights / weights.sum(axis=1, keepdims=True), scores, np.linalg.cholesky(inverse)
 
-    def _against_flow(self, start: Start) -> np.ndarray:
-        """Squared misfit (m, phases) of start's velocities against the mean walker's; 0 if unknown."""
+    def _against_flow(self, start: Start, sizes: np.ndarray) -> np.ndarray:
+        """Squared misfit (m, phases) of start's velocities against mean walkers' of `sizes` (m,); 0 if unknown."""
         mean = self.table[:, 0, SHAPED]
         model = 0.5 * (np.roll(mean, -1, axis=0) - np.roll(mean, 1, axis=0)) * _PHASES * np.exp(self.log_pace)
         moved = turned_towards(start.poses - start.previous, np.zeros(25))
         seen = moved[:, None, SHAPED] * self.fps
-        return np.nan_to_num((seen - model) ** 2 / _FLOW**2).sum(-1)
+        return np.nan_to_num((seen - model / np.sqrt(sizes)[:, None, None]) ** 2 / _FLOW**2).sum(-1)
 
 
 def _standing(walk: np.ndarray) -> np.ndarray:
