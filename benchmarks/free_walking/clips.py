@@ -4,12 +4,12 @@
 
 Only what may ship is used: CMU's captured walks and dances, gait models fitted to CMU's walks, and runners from
 published joint angles. One network must serve people, styles and definitions of joints that no capture here shows, so
-every clip is changed in tempo, amplitude, posture, proportions and joint centres, mirrored or played backwards, by
-more than people differ.
+every clip is changed in tempo, amplitude, posture, proportions and joint centres, mirrored or played backwards. Half
+of the walks are plain, with knees as straight as people's; the others are acted, and differ by more than people do.
 """
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -27,13 +27,22 @@ from motionenv.models.paths import bend, random_path
 from motionenv.types import MARKERS, POSE, Motion, Skeleton
 
 _LEG = 0.84  # [m] of somebody 1.72 m tall
+#: Up to which uniform numbers clips are dances, captured walks, and walks of models; the others are runs.
+_DANCED, _CAPTURED, _WALKED = 0.10, 0.46, 0.82
 _AT = {name: i for i, name in enumerate(POSE)}
 _M = {name: i for i, name in enumerate(MARKERS)}
 #: Spread of a person's habitual posture [rad], by part of a pose's name.
-_POSTURE = {"root_tilt": 0.10, "neck": 0.15, "shoulder": 0.22, "elbow": 0.30, "hip": 0.08, "knee": 0.10}
+_POSTURE = {"root_tilt": 0.10, "neck": 0.15, "shoulder": 0.22, "elbow": 0.30, "hip": 0.08, "knee": 0.06}
 _SPREAD = np.array([next((s for part, s in _POSTURE.items() if part in name), 0.0) for name in POSE])
 _ARMS = [i for name, i in _AT.items() if "shoulder" in name or "elbow" in name]
 _LEGS = [i for name, i in _AT.items() if "hip" in name or "knee" in name]
+_KNEES = [i for name, i in _AT.items() if "knee" in name]
+_FLEXED = [i for name, i in _AT.items() if name.endswith("hip_flexion")]
+#: By how much both knees are bent more than in the captures [rad], mean and deviation, in plain and acted walks. CMU's
+#: people bend them by 27 ± 2 degrees on average, those of laboratories by 22 ± 3, 83 of Schwartz et al. (2008) by
+#: 24 ± 6, as `gait_validity/norms.csv` has them.
+_CROUCH = {"plain": (-0.04, 0.07), "acted": (0.02, 0.13)}
+_PLAIN = 0.5  # share of the walks
 _MIRRORED = [i for name, i in _AT.items() if name in ("root_heading", "root_obliquity", "neck_bend", "neck_rotation")]
 _SWAPPED = [_AT[name.replace("left_", "right_") if "left_" in name else name.replace("right_", "left_")]
             for name in POSE]  # fmt: skip
@@ -57,6 +66,7 @@ class Sources:
     walks: list[Motion]
     dances: list[np.ndarray]
     models: list
+    drawn: list[Motion] = field(default_factory=list)  # walks of the models, which are slow to make
 
 
 def read_sources(mocap: Path, left_out: tuple[str, ...] = (), models: tuple[str, ...] = ()) -> Sources:
@@ -79,7 +89,7 @@ def read_sources(mocap: Path, left_out: tuple[str, ...] = (), models: tuple[str,
 def clip(sources: Sources, rng: np.random.Generator, frames: int = FRAMES, fps: float = RATE) -> np.ndarray | None:
     """One clip (frames, 15, 3) [m], NaN after its end; None if the chosen source couldn't make one."""
     kind = rng.uniform()
-    if kind < 0.12:
+    if kind < _DANCED:
         made = _danced(sources, rng, frames, fps)
     else:
         made = _posed(sources, rng, kind, frames, fps)
@@ -97,7 +107,7 @@ def clip(sources: Sources, rng: np.random.Generator, frames: int = FRAMES, fps: 
 
 def restyled(sources: Sources, rng: np.random.Generator, frames: int, fps: float) -> np.ndarray | None:
     """A captured walk (frames, 15, 3) [m] in another person's style, proportions and joints; None if it's short."""
-    made = _posed(sources, rng, rng.uniform(0.12, 0.42), frames, fps)
+    made = _posed(sources, rng, _DANCED, frames, fps)
     return None if made is None else _redefined(made, rng)
 
 
@@ -120,11 +130,11 @@ def _posed(sources: Sources, rng, kind: float, frames: int, fps: float) -> np.nd
     """Markers of the body in captured, drawn or running poses, in another person's style and proportions."""
     tempo = float(np.exp(rng.normal(0, 0.18)))
     seconds = frames / fps * tempo + 0.5
-    running = kind > 0.80
+    running = kind > _WALKED
     if running:
         person = sources.walks[rng.integers(len(sources.walks))]
         motion = Motion(run(rng, seconds, 60.0), person.skeleton, 60.0)
-    elif kind < 0.42:
+    elif kind < _CAPTURED:
         motion = sources.walks[rng.integers(len(sources.walks))]
         if rng.uniform() < 0.7:
             motion = _bent(motion, rng)
@@ -163,7 +173,9 @@ def _bent(motion: Motion, rng) -> Motion:
 
 
 def _drawn(sources: Sources, rng, seconds: float) -> Motion | None:
-    """A walk of a model, with changes of speed, stops and turns."""
+    """A walk of a model, with changes of speed, stops and turns; each serves three clips."""
+    if sources.drawn and rng.uniform() < 2 / 3:
+        return sources.drawn[-1 - rng.integers(min(len(sources.drawn), 50))]
     model = sources.models[rng.integers(len(sources.models))]
     path = random_path(rng, 40.0, radius=rng.uniform(0.8, 6)) if rng.uniform() < 0.7 else None
     speed: float | list = rng.uniform(0.4, 2.3)
@@ -171,11 +183,13 @@ def _drawn(sources: Sources, rng, seconds: float) -> Motion | None:
         at = np.add(np.sort(rng.uniform(0, seconds, 3)), [0.001, 0.02, 0.04])
         speed = [[0, speed], [at[0], speed], [at[1], rng.choice([0, 0.5, 1.5])], [at[2], rng.uniform(0.4, 1.8)]]
     try:
-        return motionenv.synthesize(
+        walk = motionenv.synthesize(
             model, seconds, 60, seed=int(rng.integers(2**40)), path=path, speed=speed, variation=rng.uniform(0.5, 2)
         )
     except MotionError:  # a path too sharp for the speed
         return None
+    sources.drawn.append(walk)
+    return walk
 
 
 def _cut(values: np.ndarray, step: float, frames: int, rng) -> np.ndarray | None:
@@ -193,22 +207,31 @@ def _cut(values: np.ndarray, step: float, frames: int, rng) -> np.ndarray | None
 def _styled(poses: np.ndarray, rng, running: bool) -> tuple[np.ndarray, float]:
     """Poses with other amplitudes, postures and slow changes, and the factor on the legs' amplitude."""
     poses, amplitude = poses.copy(), np.ones(len(POSE))
+    plain = not running and rng.uniform() < _PLAIN
     amplitude[_ARMS] = rng.uniform(0.3, 2.0)
-    amplitude[_LEGS] = rng.uniform(0.8, 1.25)
+    amplitude[_LEGS] = legs = rng.uniform(0.8, 1.25)
+    about = poses.mean(axis=0)
+    if plain:  # knees that bend less are as straight in stance
+        about[_KNEES] = np.quantile(poses[:, _KNEES], 0.1, axis=0)
+        amplitude[_KNEES] = rng.uniform(0.7, 1.1)
     joints = slice(_AT["left_shoulder_flexion"], None)
-    mean = poses.mean(axis=0)
-    poses[:, joints] = (mean + amplitude * (poses - mean))[:, joints]
+    poses[:, joints] = (about + amplitude * (poses - about))[:, joints]
     spread = _SPREAD * (0.5 if running else 1.0)
-    poses += spread * rng.standard_normal(len(POSE)) * rng.uniform(0.3, 1.3)
+    poses += spread * rng.standard_normal(len(POSE)) * (rng.uniform(0.2, 0.8) if plain else rng.uniform(0.3, 1.3))
+    if not running:
+        mean, deviation = _CROUCH["plain" if plain else "acted"]
+        crouch = rng.normal(mean, deviation)
+        poses[:, _KNEES] += crouch
+        poses[:, _FLEXED] += crouch / 2  # the foot stays below the hip
     knots = rng.standard_normal((len(poses) // 12 + 3, len(POSE)))
     at = np.arange(len(poses)) / 12
     i, part = at.astype(int), (at % 1)[:, None]
     part = part * part * (3 - 2 * part)
-    poses += 0.4 * spread * (knots[i] * (1 - part) + knots[i + 1] * part)
+    poses += (0.2 if plain else 0.4) * spread * (knots[i] * (1 - part) + knots[i + 1] * part)
     for name, index in _AT.items():
         if "knee" in name or "elbow" in name:
             poses[:, index] = np.maximum(poses[:, index], 0.02)
-    return poses, float(amplitude[_LEGS[0]])
+    return poses, legs
 
 
 def _mirror(poses: np.ndarray) -> np.ndarray:
