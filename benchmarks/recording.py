@@ -1,6 +1,6 @@
 """Record which kernels a script compiles, with their types and times: a part of `benchmarks.startup --record`.
 
-    python -m benchmarks.recording OUT SCRIPT
+python -m benchmarks.recording OUT SCRIPT
 """
 
 import json

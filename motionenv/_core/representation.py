@@ -27,14 +27,11 @@ class OneLine:
 
 def listed(values: dict[str, Any], most: int = _MOST) -> str:
     """Names and short values, up to `most` characters; those that are None or empty are left out."""
-    texts = [f"{name}={short(value)}" for name, value in values.items() if not (value is None or _empty(value))]
+    empty = lambda value: value is None or (isinstance(value, str | tuple | list | dict) and not len(value))
+    texts = [f"{name}={short(value)}" for name, value in values.items() if not empty(value)]
     while len(line := ", ".join(texts)) > most:
         texts = [*(texts[:-2] if texts[-1] == "..." else texts[:-1]), "..."]
     return line
-
-
-def _empty(value: Any) -> bool:
-    return isinstance(value, str | tuple | list | dict) and not len(value)
 
 
 def short(value: Any) -> str:

@@ -100,7 +100,8 @@ def compare(
         if own.sum() > design.shape[1] + 1
     }
     if not effects:
-        raise MotionError(f"no angle is known of enough people: got {', '.join(_counts(means))}")
+        got = [f"{counted(len(own), 'person', 'people')} with strides in {name}" for name, own in means.items()]
+        raise MotionError(f"no angle is known of enough people: got {', '.join(got)}")
     labels = {name: np.array([group == name for group, _ in rows]) for name in means}
     shown = {
         name: _expected(curves[:, :, ANGLES.index(name)], design, column, what) if effect
@@ -217,10 +218,6 @@ def _among_all(effects: Mapping[str, Effect], known: Mapping[str, np.ndarray]) -
         for name in names:
             found[name] = min(1.0, len(families) * float((least <= effects[name].p + 1e-12).mean()))
     return {name: found[name] for name in effects}
-
-
-def _counts(means: Mapping[str, Mapping]) -> list[str]:
-    return [f"{counted(len(own), 'person', 'people')} with strides in {name}" for name, own in means.items()]
 
 
 def _notes(effects: Mapping[str, Effect], members, groups: Mapping[str, People], level: float) -> tuple[str, ...]:

@@ -30,7 +30,7 @@ def continuous_labels(points: Points) -> np.ndarray:
     """Labels (frames, 2) of `points` that minimise the jumps of left minus right; False in most frames."""
     labels = np.zeros((len(points.positions), len(GROUPS)), dtype=bool)
     for g, pair in enumerate(PAIRS.values()):
-        between = _between(points.upward, pair)
+        between = points.upward[:, pair[0]] - points.upward[:, pair[1]]
         steps = np.linalg.norm([between[1:] - between[:-1], between[1:] + between[:-1]], axis=-1).min(axis=0)
         known = np.isfinite(steps).sum(axis=0) >= _FRAMES
         if known.any():
@@ -71,10 +71,6 @@ def _cheapest_path(first: np.ndarray, steps: np.ndarray, switch: float) -> tuple
 def _cost(off: np.ndarray, variance) -> np.ndarray:
     """Negative log-likelihood (...) of residuals (..., pairs, 2), capped for each pair, 0 where a pair isn't seen."""
     return np.minimum(np.nan_to_num((off**2).sum(axis=-1)) / (2 * variance), _ODD).sum(axis=-1)
-
-
-def _between(positions: np.ndarray, pair: np.ndarray) -> np.ndarray:
-    return positions[:, pair[0]] - positions[:, pair[1]]
 
 
 def find_swaps(rays: np.ndarray, places: np.ndarray, noise: float) -> np.ndarray:

@@ -266,7 +266,8 @@ class FourierModel(GaitModel):
         The markers determine limb lengths and angles. One cycle repeats, so `rng` has no effect.
         """
         found, frequency = self._paced(walker, request.speed, request.height)
-        motion = found.motion(_phases(frequency, request), request.fps, name="eigenwalker")
+        phases = 2 * np.pi * (request.phase + frequency * np.arange(request.frames) / request.fps)
+        motion = found.motion(phases, request.fps, name="eigenwalker")
         return self._built(motion, walker, request.height)
 
     def _built(self, motion: Motion, walker: Walker, height: float | None) -> Motion:
@@ -366,10 +367,6 @@ class FourierModel(GaitModel):
             raise ModelError(
                 f"this {type(self).__name__} is not fitted: call fit(walks) first, or motionenv.load(name)"
             )
-
-
-def _phases(frequency: float, request: Request) -> np.ndarray:
-    return 2 * np.pi * (request.phase + frequency * np.arange(request.frames) / request.fps)
 
 
 def _shown(rows: np.ndarray, needed: tuple[str, ...]) -> tuple[np.ndarray, bool]:

@@ -73,10 +73,8 @@ class Observations:
         n_runs, curves = np.zeros(self.n, dtype=np.int64), basis @ centre
         gaps = in_chunks(lambda start, stop: self._observe(start, stop, curves, n_runs), self.n, CHUNK)
         self.runs, self.offsets = np.concatenate(gaps), np.r_[0, np.cumsum(n_runs)]
-        self.squares, self.sizes = (
-            self.square.sum(axis=0),
-            np.bincount(self.groups, minlength=len(centre)).astype(float),
-        )
+        self.squares = self.square.sum(axis=0)
+        self.sizes = np.bincount(self.groups, minlength=len(centre)).astype(float)
         self.y_sum, self.n_missing = self._group_sums()
         self.n_seen = self.n * p * m - self.n_missing.sum()
 

@@ -67,7 +67,8 @@ def read(
     others = [
         i for i, label in enumerate(labels) if label in results and prefix_of(label, subjects) not in choice.others
     ]
-    outputs = zip(unique(_bare(labels[i]) for i in others), others, strict=True)
+    bare = unique(labels[i].rpartition(":")[2].strip() or "unlabelled" for i in others)
+    outputs = zip(bare, others, strict=True)
     channels = analog_channels(parameters, layout, stored) if parameters.number("FORCE_PLATFORM:USED") > 0 else None
     positions = upright(points[:, kept] * metres, up)
     events, notes = read_events(parameters, layout, fps, choice.others)
@@ -80,10 +81,6 @@ def read(
         parameters=read_numbers(parameters), metres=metres, outputs={name: points[:, i] for name, i in outputs},
     )  # fmt: skip
     return Markers(names, positions, fps, name=Path(path).stem, recording=recording, notes=(*choice.notes, *notes))
-
-
-def _bare(label: str) -> str:
-    return label.rpartition(":")[2].strip() or "unlabelled"
 
 
 def _labels(path, parameters: Parameters, points: int) -> list[str]:
