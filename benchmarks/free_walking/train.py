@@ -20,7 +20,7 @@ import torch
 import motionenv
 from motionenv.body import markers
 from motionenv.lifting.free.posture_network import DILATIONS, FRAMES, LEAST, RATE, features
-from motionenv.mocap.keypoints.detector_errors import _BIAS, _SIGMA, _TAIL
+from motionenv.mocap.keypoints.detector_errors import BIAS, SIGMA, TAIL
 from motionenv.types import MARKERS
 
 _PELVIS = MARKERS.index("pelvis")
@@ -31,7 +31,7 @@ _ARMS = [i for i, n in enumerate(MARKERS) if n.endswith(("shoulder", "elbow", "w
 _LEGS = [i for i, n in enumerate(MARKERS) if n.endswith(("hip", "knee", "ankle"))]
 #: A detector's bias, and what lasts for a while, are 0.12 of these by `motionenv/mocap/keypoints/detector_errors.toml`,
 #: relative to the height; ankles have a third of the bias. Here they vary about it.
-_PUBLISHED = 0.12 * _SIGMA[:, None]
+_PUBLISHED = 0.12 * SIGMA[:, None]
 #: Thighs and shanks, whose directions give the knee's angle.
 _INNER, _OUTER = ([MARKERS.index(f"{side}_{joint}") for side in ("left", "right") for joint in joints]
                   for joints in (("hip", "knee"), ("knee", "ankle")))  # fmt: skip
@@ -164,7 +164,7 @@ def _exchanged(directions, seen, rng):
 def _lasting(size: int, frames: int, rng) -> np.ndarray:
     """Errors (size, frames, 15, 2) of a detector, relative to the height: a bias, what lasts a while, and misses."""
     scale = rng.uniform(0.3, 1.4, (2, size, 1, 1, 1)) * _PUBLISHED
-    bias = scale[0] * _BIAS[:, None] * rng.standard_normal((size, 1, len(MARKERS), 2))
+    bias = scale[0] * BIAS[:, None] * rng.standard_normal((size, 1, len(MARKERS), 2))
     memory = np.exp(rng.uniform(math.log(0.1), math.log(0.8), (size, 1, 1)))  # [s]
     keep = np.exp(-1 / (RATE * memory))
     normal = rng.standard_normal((frames, size, len(MARKERS), 2))
@@ -172,7 +172,7 @@ def _lasting(size: int, frames: int, rng) -> np.ndarray:
         normal[t] = keep * normal[t - 1] + np.sqrt(1 - keep**2) * normal[t]
     normal = normal.swapaxes(0, 1)
     squared = (normal**2).sum(axis=-1, keepdims=True)
-    error = bias + scale[1] * normal * np.sqrt(_TAIL * np.expm1(squared / _TAIL) / squared)
+    error = bias + scale[1] * normal * np.sqrt(TAIL * np.expm1(squared / TAIL) / squared)
     missed = rng.uniform(size=(size, frames, len(MARKERS), 1)) < 0.03 * rng.uniform(size=(size, 1, 1, 1))
     missed[:, 1:] |= missed[:, :-1]
     missed[:, 2:] |= missed[:, :-2]

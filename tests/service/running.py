@@ -67,7 +67,7 @@ def run_service(data: Path, **settings: object) -> Iterator[Server]:
     try:
         key = next(iter(values.get("keys", ())), None)
         headers = {} if key is None else {"Authorization": f"Bearer {key}"}
-        with httpx.Client(base_url=address[0], timeout=30, headers=headers) as client:
+        with httpx.Client(base_url=address[0], timeout=120, headers=headers) as client:
             yield Server(address[0], data, process, lines, client, key)
     finally:
         process.send_signal(signal.SIGTERM)

@@ -16,11 +16,12 @@ from motionenv.errors import MotionError
 from motionenv.types import MARKERS, Points
 
 _TABLE = tomllib.loads(files(__package__).joinpath("detector_errors.toml").read_text(encoding="utf-8"))
-_SIGMA, _BIAS, _MISSED, _SWAPPED = (
+#: COCO's size of each marker, and its bias relative to that; `TAIL`: degrees of freedom of what changes.
+SIGMA, BIAS, _MISSED, _SWAPPED = (
     np.array([_TABLE["parts"][name.split("_")[-1]][column] for name in MARKERS])
     for column in ("sigma", "bias", "missed", "swapped")
 )
-_AREA, _TAIL = _TABLE["area"], _TABLE["tail"]
+_AREA, TAIL = _TABLE["area"], _TABLE["tail"]
 _REACH = 0.896  # from the head to the lower ankle of `motionenv.body.from_height`, relative to height
 _WIDTH = 0.158  # mean width of its shoulders and hips, relative to height
 _HEAD = MARKERS.index("head")
@@ -76,13 +77,13 @@ class DetectorErrors(OneLine):
         frames, fps = len(points.positions), points.fps
         h = _heights(points.positions, height)[:, None, None]
         swapped = self._swapped(rng, frames, fps)
-        error = h * _SIGMA[:, None] * (self._bias(rng, points.positions, h) + self._jitter(rng, frames, fps))
+        error = h * SIGMA[:, None] * (self._bias(rng, points.positions, h) + self._jitter(rng, frames, fps))
         missed = _episodes(rng, frames, _MISSED * self.severity, self.episode * fps)
         error = np.where(missed[..., None], h * _elsewhere(rng, missed), error)
         gone = _episodes(rng, frames, np.full(len(MARKERS), self.missing), self.gap * fps)
         rows = np.arange(frames)[:, None]
         positions = np.where(gone[..., None], np.nan, points.positions[rows, swapped] + error)
-        similarity = np.exp(-((error / (2 * _SIGMA[:, None] * _AREA * h)) ** 2).sum(axis=-1) / 2)
+        similarity = np.exp(-((error / (2 * SIGMA[:, None] * _AREA * h)) ** 2).sum(axis=-1) / 2)
         mean = _TABLE["doubt"] + _TABLE["certain"] * similarity
         confidence = rng.beta(_TABLE["evidence"] * mean, _TABLE["evidence"] * (1 - mean))
         confidence[np.isnan(positions).any(axis=-1)] = 0.0
@@ -90,7 +91,7 @@ class DetectorErrors(OneLine):
 
     def _bias(self, rng, positions: np.ndarray, h: np.ndarray) -> np.ndarray:
         """Offsets (frames, 15, 2) [σ h], of constant variance over all views."""
-        front, side = rng.standard_normal((2, len(MARKERS), 2)) * self.bias * _BIAS[:, None]
+        front, side = rng.standard_normal((2, len(MARKERS), 2)) * self.bias * BIAS[:, None]
         width = (positions[:, _LEFT, 0] - positions[:, _RIGHT, 0])[:, _TRUNK].mean(axis=1) / h[:, 0, 0]
         facing = np.clip(_filled(width / _WIDTH, 0.0), -1, 1)[:, None, None]
         return facing * front + np.sqrt(1 - facing**2) * side
@@ -104,7 +105,7 @@ class DetectorErrors(OneLine):
         noise[1:] *= np.sqrt(1 - keep**2)
         normal = lfilter([1.0], [1.0, -keep], noise, axis=0)
         squared = np.maximum((normal**2).sum(axis=-1, keepdims=True), np.finfo(float).tiny)
-        return self.jitter * normal * np.sqrt(_TAIL * np.expm1(squared / _TAIL) / squared)
+        return self.jitter * normal * np.sqrt(TAIL * np.expm1(squared / TAIL) / squared)
 
     def _swapped(self, rng, frames: int, fps: float) -> np.ndarray:
         """Index (frames, 15) of the marker at whose place each one is detected; pairs alone, or arms or legs whole."""
@@ -121,7 +122,7 @@ class DetectorErrors(OneLine):
 
 def _elsewhere(rng, missed: np.ndarray) -> np.ndarray:
     """Offsets (frames, 15, 2) [h] of missed points, which stay the same throughout an episode."""
-    near, far = (2 * _AREA * _SIGMA * np.sqrt(-2 * np.log(similarity)) for similarity in _TABLE["elsewhere"])
+    near, far = (2 * _AREA * SIGMA * np.sqrt(-2 * np.log(similarity)) for similarity in _TABLE["elsewhere"])
     radius, angle = rng.uniform(near, far, missed.shape), rng.uniform(0, 2 * np.pi, missed.shape)
     changes = np.diff(missed, axis=0, prepend=False) * np.arange(len(missed))[:, None]
     since = np.maximum.accumulate(changes, axis=0)
