@@ -131,7 +131,7 @@ def walker() -> None:
     shutil.copy(bundle, embed / "page.js")
     parameters = packed(*motionenv.models.parameters("walk/fpca"))
     average = np.zeros(len(motionenv.load("walk/fpca").components()))
-    stride = encoded(cycle("walk/fpca", speed=1.3, height=1.75), average, "walk/fpca", MEDIA_TYPE)
+    stride = encoded(cycle("walk/fpca", speed=1.3, height=1.75), np.nan, average, "walk/fpca", MEDIA_TYPE)
     looks = "".join(f"<option value={value}>{name}</option>" for value, name in LOOKS.items())
     (MADE / "walker.html").write_text(
         f"<div class=walker data-parameters='{base64.b64encode(parameters).decode()}'"
