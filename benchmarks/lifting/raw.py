@@ -113,7 +113,7 @@ def figures(lifted: Lifted) -> dict:
     return {
         "joint_mm": 1e3 * float(pelvis_mpjpe(lifted.positions, truth).mean()),
         "aligned_mm": 1e3 * float(aligned_mpjpe(lifted.positions, truth).mean()),
-        "in_band": float(inside[told].mean()),
+        "in_band": float(inside[told].mean()) if told.any() else np.nan,
         "way": float(way(lifted.positions) / way(truth)),
     }
 
@@ -153,7 +153,8 @@ def main() -> None:
     for case, people in cases:
         r = row(case, people, views)
         rows.append(r)
-        figures_ = f"{r['joint_mm']:.1f} | {r['aligned_mm']:.1f} | {r['in_band']:.1%} | {r['way']:.2f}"
+        in_band = "–" if np.isnan(r["in_band"]) else f"{r['in_band']:.1%}"  # where some have no band at all
+        figures_ = f"{r['joint_mm']:.1f} | {r['aligned_mm']:.1f} | {in_band} | {r['way']:.2f}"
         print(f"| {r['case']} | {figures_} |", flush=True)
     if args.out is not None:
         args.out.mkdir(parents=True, exist_ok=True)
