@@ -358,17 +358,14 @@ def prune(folder: Path) -> None:
     """Delete the kernels in `cache_folder()` that were unused for longest until the rest has at most `LIMIT` bytes."""
     if not folder.is_dir():
         return
-    kept = [(each.stat().st_mtime, each, _size(each)) for each in folder.iterdir() if any(each.glob("*.nbi"))]
+    bytes_of = lambda each: sum(file.stat().st_size for file in each.iterdir())
+    kept = [(each.stat().st_mtime, each, bytes_of(each)) for each in folder.iterdir() if any(each.glob("*.nbi"))]
     total = sum(size for _, _, size in kept)
     for _, each, size in sorted(kept):
         if total <= LIMIT:
             return
         shutil.rmtree(each, ignore_errors=True)  # another process may be deleting it as well
         total -= size
-
-
-def _size(folder: Path) -> int:
-    return sum(file.stat().st_size for file in folder.iterdir())
 
 
 def announce(what: str, how_far: str = "") -> None:

@@ -75,7 +75,7 @@ def find_events(feet: Feet, recording: Recording | None = None, method: str = "a
     """The initial contacts and toe-offs of a capture, from its `feet` and what the file holds beside its points.
 
     "auto" believes the file's events first, then its force plates, and takes from the paths of the feet those that
-    neither of them has. The file's are left out if they fit the feet better with sides exchanged, or are all as late.
+    neither of them has. The file's are left out if they fit the feet better with sides exchanged, or by another clock.
 
     Raises:
         MotionError: `method` isn't one of `METHODS`, or `recording` has nothing for it.

@@ -126,18 +126,15 @@ def analyse(
     recording = capture.recording if isinstance(capture, Markers) else None
     events = find_events(feet, recording, method)
     stretches = find_stretches(feet)
-    strides = find_strides(feet, events, stretches) or _by_phase(feet, events, stretches)
+    strides = find_strides(feet, events, stretches)
+    if not strides:  # those between other phases, with a contact in between, at which their curves begin
+        strides = tuple(s for s in strides_by_phase(feet, events, stretches) if np.isfinite(s.contact))
     angles = _angles(capture, static, marker_map, wands)
     person = recording.subject if recording else ""
     doubts = (*found, *doubts_of(feet, strides))
     leg = _leg_length(capture, static)
     notes = (*capture.notes, *angles.notes, *events.notes, *notes_of(feet, strides))
     return Trial(capture.name, person, feet, angles, events, stretches, strides, leg, notes, doubts)
-
-
-def _by_phase(feet: Feet, events: Events, stretches: tuple[Stretch, ...]) -> tuple[Stride, ...]:
-    """Strides between other phases than contacts, but with one in between, at which their curves begin."""
-    return tuple(s for s in strides_by_phase(feet, events, stretches) if np.isfinite(s.contact))
 
 
 def doubts_of(feet: Feet, strides: tuple[Stride, ...]) -> Iterator[str]:

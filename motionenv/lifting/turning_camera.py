@@ -82,9 +82,8 @@ class CameraMotion(OneLine):
         seen = flat @ turned.as_matrix() @ self.inner.T
         if (seen[..., 2] <= 0).any():
             raise MotionError(f"the camera turns by {self.degrees:.0f} degrees, too far for one view: cut the film")
-        seen = seen[..., :2] / seen[..., 2:]
-        count = points.positions.shape[1]
-        return replace(points, positions=seen[:, :count], feet=None if points.feet is None else seen[:, count:])
+        places, feet = np.split(seen[..., :2] / seen[..., 2:], [points.positions.shape[1]], axis=1)
+        return replace(points, positions=places, feet=None if points.feet is None else feet)
 
 
 def camera_motion(

@@ -93,7 +93,8 @@ def choose(
     shown = {
         prefix: _landmarks([split[i][1] for i in g], positions[:, g]) if many else {} for prefix, g in groups.items()
     }
-    best = max(shown, key=lambda prefix: _seen(shown[prefix]), default="")
+    seen = lambda prefix: sum(np.isfinite(place).all(-1).mean() for place in shown[prefix].values())
+    best = max(shown, key=seen, default="")
     chosen = best if person is None or not (many or best) else _named(path, person, list(shown))
     others = tuple(p for p in shown if p != chosen and _two_places(shown[p], shown.get(chosen, {})))
     kept = tuple(i for i, (prefix, _) in enumerate(split) if prefix not in others)
@@ -147,10 +148,6 @@ def _landmarks(names: Sequence[str], positions: np.ndarray) -> dict[str, np.ndar
         landmark: np.sum([weight * positions[:, names.index(name)] for name, weight in weights.items()], axis=0)
         for landmark, weights in found.items()
     }
-
-
-def _seen(landmarks: dict[str, np.ndarray]) -> float:
-    return float(sum(np.isfinite(place).all(-1).mean() for place in landmarks.values()))
 
 
 def _two_places(some: dict[str, np.ndarray], others: dict[str, np.ndarray]) -> bool:

@@ -23,7 +23,8 @@ class CompressionMiddleware:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle a request."""
-        if scope["type"] != "http" or scope["path"].endswith("/result") or not _accepts_gzip(scope):
+        gzip = any(name == b"accept-encoding" and b"gzip" in value for name, value in scope.get("headers", ()))
+        if scope["type"] != "http" or scope["path"].endswith("/result") or not gzip:
             await self.app(scope, receive, send)
             return
 
@@ -34,10 +35,6 @@ class CompressionMiddleware:
 
         responder = GZipResponder(self.app, _LEAST, compresslevel=_LEVEL, exclude_content_types=self._excluded)
         await responder(scope, receive, sent)
-
-
-def _accepts_gzip(scope: Scope) -> bool:
-    return any(name == b"accept-encoding" and b"gzip" in value for name, value in scope["headers"])
 
 
 def _weakened(headers: list[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:

@@ -159,7 +159,7 @@ def _held_back(bend, limit: float) -> np.ndarray:
 def _centred(angles) -> np.ndarray:
     """Angles (frames, 4) of the same rotations with abduction within ±90° and the others around 0, in most frames."""
     known = angles[np.isfinite(angles[:, 0])]
-    if len(known) and np.median(np.abs(_wrapped(known[:, 1]))) > np.pi / 2:
+    if len(known) and np.median(np.cos(known[:, 1])) < 0:
         angles[:, 0] += np.pi
         angles[:, 1] = np.pi - angles[:, 1]
         angles[:, 2] += np.pi
@@ -168,11 +168,6 @@ def _centred(angles) -> np.ndarray:
         if len(some):
             column -= 2 * np.pi * np.round(np.median(some) / (2 * np.pi))
     return angles
-
-
-def _wrapped(angles) -> np.ndarray:
-    """Angles [rad] within ±π."""
-    return angles - 2 * np.pi * np.round(angles / (2 * np.pi))
 
 
 def _unit(v: np.ndarray) -> np.ndarray:

@@ -150,7 +150,7 @@ def _plain(path, lines: list[str]) -> _Table:
     points = _values(path, rows[1:], flat, [header[c] for c in flat])
     clock = next((c for kind in (_TIME, _FRAME) for c, word in enumerate(header) if kind.fullmatch(word)), None)
     times = np.arange(len(points)) if clock is None else _values(path, rows[1:], [clock], [header[clock]])[:, 0]
-    if (steps := np.diff(times)).size and not (np.abs(steps - np.median(steps)) < _EVEN * np.median(steps)).all():
+    if _leaves_out(times):
         raise FormatError(path, f"{header[clock or 0]} must grow in even steps: resample or add lines", "line 2")
 
     def rate() -> float:
@@ -230,9 +230,18 @@ def _stated(path, word: str, key: str) -> float:
     return float(pointed(word))
 
 
+def _leaves_out(times: np.ndarray) -> bool:
+    """Whether times, or numbers of frames, go back or leave some out; rounded ones that repeat may jump by a digit."""
+    steps = np.diff(times)
+    digit = steps[steps > 0].min(initial=np.inf) if (steps == 0).any() else 0.0
+    return len(steps) > 0 and not (0 <= steps.min() and steps.max() < 1.5 * steps.mean() + digit)
+
+
 def _rate(path, times: np.ndarray, column: str) -> float:
     """The frame rate of even times [s], whole if it nearly is."""
-    if not 0 < times[-1] - times[0] <= len(times) - 1:
+    steps = np.diff(times)
+    step = float(np.median(steps)) if len(steps) else np.nan
+    if not 0 < step <= 1 or not (np.abs(steps - step) <= _EVEN * step).all():
         raise FormatError(path, f"{column} must grow in even steps of at most a second: pass fps= (--fps)", "line 2")
-    mean = (len(times) - 1) / float(times[-1] - times[0])
+    mean = len(steps) / float(times[-1] - times[0])
     return float(round(mean)) if abs(mean - round(mean)) <= _WHOLE * mean else mean

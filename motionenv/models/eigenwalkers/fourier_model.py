@@ -219,14 +219,16 @@ class FourierModel(GaitModel):
         """`Treadmill.crowd` of `scores` (n, q): no bodies are fitted."""
         w = self.inverse_transform(scores)
         heights = body_heights(w)
-        steps = np.array([self._person_of(row).step_length for row in scores])
+        steps = np.array([self._at_height(float(height)).step_length for height in heights])
         w = grounded(longer(self, w, np.log(2 * steps / (_MADE * stride_lengths(w)))))
         return positions_at(w, np.arange(SAMPLES) * (2 * np.pi / SAMPLES)), heights
 
     def _person_of(self, scores: np.ndarray) -> Person:
-        who = average_person(float(body_heights(self.inverse_transform(scores)[None])[0]))
-        stride = float(stride_lengths(self.mean_))
-        return self._at_known_pace(who, stride * float(np.exp(self.log_frequency_mean_)), _MADE * stride)
+        return self._at_height(float(body_heights(self.inverse_transform(scores)[None])[0]))
+
+    def _at_height(self, height: float) -> Person:
+        stride, cadence = float(stride_lengths(self.mean_)), float(np.exp(self.log_frequency_mean_))
+        return self._at_known_pace(average_person(height), stride * cadence, _MADE * stride)
 
     def body(self, height: float | None = None) -> None:
         """None for any `height`: each walker's markers determine its limb lengths."""

@@ -24,7 +24,7 @@ from motionenv.models.fpca.fourier_basis import fourier_columns, sampled_basis
 from motionenv.models.fpca.gaussian import Gaussian, residual_model
 from motionenv.models.fpca.mean_band import mean_band
 from motionenv.models.fpca.observations import Observations
-from motionenv.models.fpca.screening import pseudo_values, screen, summarised, unwrapped
+from motionenv.models.fpca.screening import Summary, pseudo_values, screen, summarised, unwrapped
 from motionenv.models.fpca.selection import Curve, choose_by_likelihood, choose_by_share
 from motionenv.models.fpca.svd_fit import fit_svd
 from motionenv.models.storage.model_file import StoredModel
@@ -155,15 +155,15 @@ class FunctionalPCA(Estimator, StoredModel):
             given = _shown(given)
         if self.unwrap:
             given = given._replace(values=unwrapped(given.values))
-        self._learn(given)
+        found = self._learn(given)
         if not self.converged_:
             _warn(f"the fit stopped after {self.n_iter_} iterations: raise max_iter or tol, or take fewer components")
-        for told in screen(self, given.values, given.people):
+        for told in screen(self, given.values, found, given.people):
             _warn(told)
         return self
 
-    def _learn(self, given: Given) -> None:
-        """`fit` without a look at whether the data suit the model."""
+    def _learn(self, given: Given) -> Summary:
+        """`fit` without a look at whether the data suit the model; what they are like."""
         self._check_settings()
         for name in ("imputed_", "scores_", "inflation_"):
             self.__dict__.pop(name, None)
@@ -172,7 +172,7 @@ class FunctionalPCA(Estimator, StoredModel):
             raise MotionError("fit needs cycles, got none")
         labels = given.people if self.centre == "subject" else ("all",) * len(values)
         subjects, groups = np.unique(labels, return_inverse=True)
-        _check_values(given)
+        found = _checked(given)
         self.subjects_, self.n_cycles_, self.channels_ = tuple(subjects.tolist()), len(values), given.channels
         self.selection_: Curve | None = None
         rank = self._chosen(given)
@@ -182,6 +182,7 @@ class FunctionalPCA(Estimator, StoredModel):
         used = pseudo_values(values, lambda some: self._estimate(some, groups, rank)) if self.robust else values
         self._estimate(used, groups, rank)
         self._fitted = values, used, groups, given.people
+        return found
 
     def of_others(self, n: int, values: np.ndarray, people: Sequence[str], tol: float) -> FunctionalPCA:
         """A model with the same settings but `n` components and `tol`, of cycles `values` (K, P, m) of `people`."""
@@ -575,8 +576,8 @@ def _half_width(level: float) -> float:
     return float(ndtri(0.5 + level / 2))
 
 
-def _check_values(given: Given):
-    """Check that values are finite, that each channel is observed, and that something varies."""
+def _checked(given: Given) -> Summary:
+    """What values are like, if they are finite, each channel is observed, and something varies."""
     found = summarised(given.values)
     if empty := [c for c, some in zip(given.channels, found.seen.sum(axis=0), strict=True) if not some]:
         raise GapError(f"no samples of {', '.join(empty)}: leave them out with channels=")
@@ -584,6 +585,7 @@ def _check_values(given: Given):
         raise MotionError("cycles hold infinite values: mark missing samples with NaN")
     if not (found.high > found.low).any():
         raise MotionError("these cycles are constant, so they have no components: check the data")
+    return found
 
 
 def _warn(text: str):

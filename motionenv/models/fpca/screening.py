@@ -51,9 +51,8 @@ def summarised(values: np.ndarray) -> Summary:
     return Summary(seen.sum(axis=0), low.min(axis=0), high.max(axis=0), means, steps)
 
 
-def screen(model: FunctionalPCA, values: np.ndarray, people: Sequence[str]) -> Iterator[str]:
-    """What doesn't suit a fitted `model` in its cycles `values` (K, P, m), in words."""
-    found = summarised(values)
+def screen(model: FunctionalPCA, values: np.ndarray, found: Summary, people: Sequence[str]) -> Iterator[str]:
+    """What doesn't suit a fitted `model` in its cycles `values` (K, P, m), which are as `found`, in words."""
     wrapped = [] if model.unwrap else list(_wrapped(values, found, model.channels_))
     yield from wrapped
     if not (model.robust or wrapped):  # a jump by a turn is a spike, too

@@ -253,3 +253,16 @@ def test_lines_of_missing_frames_are_asked_for(tmp_path, column):
         read(path, fps=50)
     path.write_text(f"{column},a_x_m,a_y_m,a_z_m\n" + "".join(f"{t},1,2,{3 + t}\n" for t in (10, 12, 14)))
     assert read(path, fps=50, unit="m").positions.shape == (3, 1, 3)
+
+
+@pytest.mark.parametrize("rate", [120, 240])
+def test_times_rounded_to_a_digit_that_is_longer_than_frames_need_the_frame_rate(tmp_path, rate):
+    path = tmp_path / "a.csv"
+    lines = [f"{round(i / rate, 2)},{i},2,3\n" for i in range(60)]
+    path.write_text("time,a_x_m,a_y_m,a_z_m\n" + "".join(lines))
+    assert read(path, fps=rate).positions.shape == (60, 1, 3)
+    with pytest.raises(FormatError, match="must grow in even steps"):
+        read(path)
+    path.write_text("time,a_x_m,a_y_m,a_z_m\n" + "".join(lines[:20] + lines[30:]))
+    with pytest.raises(FormatError, match="must grow in even steps"):
+        read(path, fps=rate)
