@@ -34,7 +34,7 @@ def check_points(points: Points) -> None:
             f"{who} shows {enough.sum()} of the 15 markers in {_FRAMES} frames or more ({names}); {_MARKERS} are "
             "needed: lower the confidence threshold, or use another sequence"
         )
-    if (seconds := _seconds(seen, points.fps)) < LEAST_SECONDS:
+    if (seconds := float(np.ptp(np.flatnonzero(seen.any(axis=1))) + 1) / points.fps) < LEAST_SECONDS:
         raise GapError(
             f"{who} shows {seconds:.2f} s; at least {LEAST_SECONDS:g} s are needed: use a longer sequence, or correct "
             f"fps={points.fps:g}"
@@ -44,11 +44,6 @@ def check_points(points: Points) -> None:
     tall = float(np.median(np.nanmax(rows, axis=1) - np.nanmin(rows, axis=1)))
     if points.unit == "px" and tall < _SMALLEST:
         raise MotionError(f"{who} is {tall:.2g} pixels tall; at least {_SMALLEST} are needed: use a larger picture")
-
-
-def _seconds(seen: np.ndarray, fps: float) -> float:
-    """Time from the first frame in which anything is `seen` (frames, 15) to the last [s]."""
-    return float((np.flatnonzero(seen.any(axis=1))[[0, -1]] @ [-1, 1] + 1) / fps)
 
 
 def _check_unit(points: Points, enough: np.ndarray, who: str) -> None:

@@ -116,8 +116,8 @@ def test_the_choice_about_wands_reaches_the_angles_and_the_page(mocap, tmp_path,
     """In this file the wands aren't in the plane of the knee's axis; angles that are known without them are fewer."""
     path = mocap / WANDS
     notes = {wands: " ".join(read_trial(path, wands=wands).notes) for wands in ("auto", "use", "ignore")}
-    assert "wands: those of the thighs are left out" in notes["auto"]
-    assert "wands: used, though" in notes["use"]
+    assert "wands of the thighs: left out" in notes["auto"]
+    assert "wands of the thighs: used, though" in notes["use"]
     assert "wands" not in notes["ignore"]
     for wands in ("auto", "use"):
         assert run("report", path, "--wands", wands, "--out", tmp_path / f"{wands}.html").code == 0

@@ -91,8 +91,8 @@ class Sampler:
         found = self._truth(group, which)
         if self._drawing is not None:
             found |= self._seen(group, which, self._drawing.draw(group, which))
-        if self.spec.clip == 1:
-            found = {name: _without_frames(name, values) for name, values in found.items()}
+        if self.spec.clip == 1:  # single pictures have no axis of frames
+            found = {n: v[:, :, 0] if n in _OTHERS else v[:, 0] if n in _TIMED else v for n, v in found.items()}
         first = (group.number - self.spec.first_group) * self.per_group
         for k, j in enumerate(which.tolist()):
             walker = self._first + group.number * WALKERS + j % WALKERS
@@ -138,8 +138,3 @@ class Sampler:
             seen = DetectorErrors().apply(Points(pixels[k], self.spec.fps, "px"), rng)
             found[k, ..., :2], found[k, ..., 2] = seen.positions, seen.confidence
         return found
-
-
-def _without_frames(name: str, values: np.ndarray) -> np.ndarray:
-    """The `values` (k, ...) of a field of single pictures, which have one frame, without the axis of frames."""
-    return values[:, :, 0] if name in _OTHERS else values[:, 0] if name in _TIMED else values

@@ -91,7 +91,7 @@ def clinical_angles(
             f"recognised are {', '.join(landmarks.points) or 'no landmarks'}"
         )
     how = "; ".join([*(f"{joint}: {text}" for joint, text in body.how.items()), *landmarks.notes])
-    notes = (f"wands: {body.how['wands']}; wands= (--wands) chooses",) if "wands" in body.how else ()
+    notes = tuple(f"{k}: {v}; wands= (--wands) chooses" for k, v in body.how.items() if k.startswith("wands"))
     return ClinicalAngles(_of_body(body, capture.fps), capture.fps, how, notes=notes)
 
 

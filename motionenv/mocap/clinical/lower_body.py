@@ -34,6 +34,8 @@ _MOST_VARUS = np.radians(20.0)
 #: So does a varus that varies by more than this share of the flexion, and by more than an angle [rad]: captures with
 #: good wands come to 0.3, others to 0.45 to 1.7.
 _CROSS_TALK, _STEADY_VARUS = 0.4, np.radians(15.0)
+#: Mean turn [rad] of the ankle's axis from the knee's beyond which the shank's is probably not: shins have up to 45°.
+_MOST_TORSION = np.radians(50.0)
 #: What to do with the markers on thighs and shanks.
 WANDS = ("auto", "use", "ignore")
 
@@ -65,8 +67,8 @@ class Leg(OneLine):
 class LowerBody(OneLine):
     """The lower body over time; `how` tells for each kind of joint how its centre was found.
 
-    The `pelvis` is None without ASIS or sacrum; `left` and `right` are the legs. `how["wands"]` tells what is
-    wrong with wands.
+    The `pelvis` is None without ASIS or sacrum; `left` and `right` are the legs. `how["wands of the thighs"]`
+    and "... shanks" tell what is wrong with wands.
     """
 
     pelvis: Segment | None
@@ -242,14 +244,18 @@ def _by_chord(
         turned = ", turned as the standing trial tells" if known else ", turned as the file states" if offset else ""
         turn = offset_turn(above, lateral, pole, distance, offset) if known is None else known
         centre = chord(above, lateral, pole, distance, turn)
-        aligned = joint == "ankle" or _aligned(positions, above, centre, lateral, side)
+        if joint == "knee":
+            aligned, wands = _aligned(positions, above, centre, lateral, side), "wands of the thighs"
+        else:
+            twist = 0.0 if across is None else middle(angle_about(above - lateral, across, lateral - centre))
+            aligned, wands = not abs(twist) > _MOST_TORSION, "wands of the shanks"
         if aligned or turned or believe:
             how[joint] = "chord function with wands" + turned
             if not aligned:
-                how["wands"] = "used, though those of the thighs don't seem to lie in the plane of the knee's axis"
+                how[wands] = f"used, though they don't seem to lie in the plane of the {joint}'s axis"
             return centre, lateral - centre, True
         how[joint] = "chord function without wands"
-        how["wands"] = "those of the thighs are left out, as they don't lie in the plane of the knee's axis"
+        how[wands] = f"left out, as they don't lie in the plane of the {joint}'s axis"
     if across is None:
         return None, None, False
     how.setdefault(joint, "chord function without wands, in the plane of the pelvis' lateral axis")

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from motionenv.mocap.marker_sets.marker_map import LANDMARKS, MarkerMap, Weights, plain_name
+from motionenv.mocap.marker_sets.marker_map import LANDMARKS, MarkerMap, plain_name
 from motionenv.mocap.marker_sets.matching import marker_sets, recognise
 from motionenv.types import Markers
 
@@ -42,7 +42,8 @@ def guess_map(markers: Markers) -> MarkerMap:
     for likeness, landmark, name in _likely(free):
         if landmark in found or name in used or likeness < _ALIKE:
             continue
-        if _fits(landmark, heights[name], {k: _height(v, heights) for k, v in found.items()}):
+        known_heights = {k: sum(w * heights[one] for one, w in v.items()) for k, v in found.items()}
+        if _fits(landmark, heights[name], known_heights):
             found[landmark] = {name: 1.0}
             used.add(name)
     ordered = {landmark: (found[landmark],) for landmark in LANDMARKS if landmark in found}
@@ -91,10 +92,6 @@ def _heights(markers: Markers) -> dict[str, float]:
         known = z[np.isfinite(z)]
         found[name] = float(np.median(known)) if known.size else float("nan")
     return found
-
-
-def _height(weights: Weights, heights: dict[str, float]) -> float:
-    return sum(weight * heights[name] for name, weight in weights.items())
 
 
 def _fits(landmark: str, height: float, others: dict[str, float]) -> bool:

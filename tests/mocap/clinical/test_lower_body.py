@@ -124,13 +124,16 @@ def test_wands_far_off_are_believed_where_the_person_was_measured_or_as_asked():
     free = lower_body(points, PERSON)
     measured = lower_body(points, replace(PERSON, given=True))
     assert free.how["knee"].startswith("chord function without wands")
-    assert free.how["wands"].startswith("those of the thighs are left out")
-    assert (measured.how["knee"], measured.how["wands"][:12]) == ("chord function with wands", "used, though")
+    assert free.how["wands of the thighs"].startswith("left out")
+    assert (measured.how["knee"], measured.how["wands of the thighs"][:12]) == (
+        "chord function with wands",
+        "used, though",
+    )
     np.testing.assert_array_equal(lower_body(points, PERSON, wands="use").left.knee, measured.left.knee)
     ignored = lower_body(points, replace(PERSON, given=True), wands="ignore")
     np.testing.assert_array_equal(ignored.left.knee, lower_body(standing(**bent), PERSON, wands="ignore").left.knee)
     assert not ignored.left.ankle_axis
-    assert "wands" not in ignored.how
+    assert not any("wands of" in name for name in ignored.how)
 
 
 def test_tibial_torsion_turns_the_ankles_axis_outwards_from_the_knees():
@@ -150,3 +153,27 @@ def test_wands_that_make_the_knee_bend_sideways_are_left_out(mocap):
     for name in ("left_knee_flexion", "right_knee_flexion"):
         assert np.nanstd(auto[name] - truth[name]) < 4
         assert np.nanstd(believed[name] - truth[name]) > 8
+
+
+def test_wands_of_shanks_that_twist_them_more_than_legs_are_left_out():
+    """Shins are twisted by 15 to 45°: at 30° the wand is believed, at 70° the knee's axis serves instead."""
+    plain, some, far = (lower_body(with_turned_shanks(degrees), PERSON) for degrees in (0.0, 30.0, 70.0))
+    for body in (plain, some):
+        assert body.how == {name: why for name, why in body.how.items() if "wands of" not in name}
+        assert (body.left.ankle_axis, body.right.ankle_axis) == (True, True)
+    assert far.how["wands of the shanks"] == "left out, as they don't lie in the plane of the ankle's axis"
+    assert (far.left.ankle_axis, far.right.ankle_axis) == (False, False)
+    used = lower_body(with_turned_shanks(70.0), PERSON, wands="use")
+    for side in ("left", "right"):  # [m] from where the ankles are
+        off = [np.linalg.norm(getattr(body, side).ankle - getattr(plain, side).ankle, axis=-1) for body in (far, used)]
+        assert off[0].max() < 0.01 < 0.03 < off[1].min()
+
+
+def with_turned_shanks(degrees: float) -> dict:
+    """The standing person with wands turned outwards about the shanks from the ankles' axes."""
+    points, true = standing(), lower_body(standing(), PERSON)
+    for side, leg, sign in (("left", true.left, 1), ("right", true.right, -1)):
+        axis = (leg.knee - leg.ankle)[0]
+        turn = Rotation.from_rotvec(sign * np.radians(degrees) * axis / np.linalg.norm(axis)).as_matrix()
+        points[f"{side}_shank"] = leg.ankle + (points[f"{side}_shank"] - leg.ankle) @ turn.T
+    return points
