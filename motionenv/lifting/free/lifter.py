@@ -29,8 +29,9 @@ _ABSENT, _SHOWN, _LEAST = 2.0, 4, 5
 _RECENTLY = 1.0  # [s] before and after a marker is seen for which bands of its places hold
 #: Height of a standing ankle's centre: mean and deviation [m]; markers and detectors define it differently.
 _ANKLE, _ANKLE_DEVIATION = 0.095, 0.02
-#: Deviation of the logarithm of the floor's distance: without noise, and its increase with it; of laboratories' people.
-_FLOOR_DEVIATION = (0.005, 0.13)
+#: Deviation of the logarithm of the floor's distance: without noise, and its increase with it and with the squared sine
+#: of the angle by which the camera looks down; chosen on laboratories' people and CMU's (`free_walking.size`).
+_FLOOR_DEVIATION = (0.004, 0.1, 0.03)
 #: Deviation of the logarithm of adults' stature, women and men together (mean 1.69 m, deviation 0.095 m).
 _STATURE_DEVIATION = 0.056
 #: [m] stature of whose body unit is `BODY_UNIT`, and the deviation of its logarithm for people of one stature.
@@ -392,20 +393,18 @@ def _surprise(fit: Fit, proposal: Proposal, fps: float) -> np.ndarray:
     return ndimage.uniform_filter1d(each, max(1, min(round(fps), len(each))), mode="nearest")
 
 
-def _unit(
-    fit: Fit, rays: Rays, part: slice, stature: float | None, distance: float | None
-) -> tuple[float, float]:  # fmt: skip
+def _unit(fit: Fit, rays: Rays, part: slice, stature: float | None, distance: float | None) -> tuple[float, float]:
     """The body unit [m] and the deviation of its logarithm: by the distance, or the floor and stature, or people's."""
+    away = float(np.linalg.norm(fit.places[:, _M["pelvis"]], axis=-1).mean())
     if distance is not None:
-        away = float(np.linalg.norm(fit.places[:, _M["pelvis"]], axis=-1).mean())
         return distance / away, _SEEN_DEVIATION
-    known = (np.log(BODY_UNIT * (stature or _STATURE) / _STATURE), _PROPORTIONS_DEVIATION)
-    guesses = [known if stature else (known[0], _STATURE_DEVIATION)]
+    known = np.log(BODY_UNIT * (stature or _STATURE) / _STATURE)
+    guesses = [(known, _PROPORTIONS_DEVIATION if stature else _STATURE_DEVIATION)]
     height = rays.origins[part, 2].mean()
     below = _ANKLE / BODY_UNIT - fit.floor
     feet = fit.weights[:, [_M["left_ankle"], _M["right_ankle"]]].any()  # the floor is under those that are seen
     if rays.posed and height > 0 and below > 0 and feet:
-        of_floor = _FLOOR_DEVIATION[0] + _FLOOR_DEVIATION[1] * fit.noise
+        of_floor = np.dot(_FLOOR_DEVIATION, [1, fit.noise, (fit.places[:, _M["pelvis"], 2].mean() / away) ** 2])
         guesses.append((np.log(height / below), np.hypot(_ANKLE_DEVIATION / height, of_floor)))
     precision = np.array([1 / deviation**2 for _, deviation in guesses])
     mean = precision @ [value for value, _ in guesses] / precision.sum()

@@ -2,7 +2,7 @@
 
 Gauss-Newton on all frames at once, in units of the body's size, in a frame whose z axis points up:
 
-    rays        a marker lies on the ray on which it was seen; errors have heavy tails
+    rays        a marker lies on the ray on which it was seen; errors are angles with heavy tails
     posture     the markers lie about the pelvis as proposed, and move as proposed
     limbs       their lengths are constant, and the same on both sides
     pelvis      accelerates as people do
@@ -148,7 +148,7 @@ def smooth(
         settings: weights of the terms.
     """
     seen = np.isfinite(rays[..., 0])
-    across = _across(np.where(seen[..., None], rays, 0.0))
+    across = _across(np.nan_to_num(rays))
     size = _apparent(rays, posture, seen, fps)
     noise = max(_noise(rays, size), settings.least_ray)
     fit = Fit(posture.copy(), np.zeros((len(rays), 2)), 0.0, noise, seen * precision, _lengths(posture))
@@ -165,9 +165,10 @@ def smooth(
             fit.deviations = np.sqrt(_about(covariance) + (fit.lasting**2).sum(axis=-1))
             fit.equations, fit.fps = last, fps
             break
-        off = ((across @ (fit.places - origins[:, None])[..., None]) ** 2).sum(axis=(-2, -1)) / expected**2
+        ways = fit.places - origins[:, None]
+        off = ((across @ ways[..., None]) ** 2).sum(axis=(-2, -1)) / expected**2
         fit.weights = seen * precision / (1 + off * precision / settings.tail) ** 2
-        distance = np.linalg.norm(fit.places - origins[:, None], axis=-1)
+        distance = np.linalg.norm(ways, axis=-1)
         fit.limbs = _lengths(fit.places)
         fit.limbs *= whole / fit.limbs[_SPINE].sum()  # proportions only: else the body grows from round to round
         fit.contact, fit.floor = contacts(fit.places, fps)
@@ -195,12 +196,13 @@ def _assembled(
     rays, origins, posture, spread, fps: float, settings: Settings, fit: Fit, expected, round_: int
 ) -> "_System":
     """The normal equations of a round, linearised at `fit`, with deviations (frames, 15) of the rays `expected`."""
-    system = _System(len(rays))
-    system.rays(_across(np.nan_to_num(rays)), fit.weights / expected**2, origins)
+    system, across, weights = _System(len(rays)), _across(np.nan_to_num(rays)), fit.weights / expected**2
+    system.rays(across, weights, origins)
     system.posture(posture, 1 / (settings.posture * spread) ** 2)
     system.velocity(posture, fps / settings.velocity / np.sqrt(fps))
     system.pelvis(fps**1.5 / np.array(settings.acceleration))
     if round_ > 0:
+        system.farther(across, weights, fit.places - origins[:, None])
         system.limbs(fit.places, fit.limbs, 1 / settings.limb)
     if round_ > 1:
         system.feet(fit.contact, fit.floor, 1 / settings.floor, np.sqrt(fps) / settings.sliding)
@@ -253,8 +255,7 @@ def _across(rays: np.ndarray) -> np.ndarray:
 def _apparent(rays, posture, seen, fps: float) -> np.ndarray:
     """The body unit's apparent size (frames,) [rad]: how wide the rays spread relative to the posture, over 0.5 s."""
     middle = np.nan_to_num(rays).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)[:, None]
-    norm = np.linalg.norm(middle, axis=1, keepdims=True)
-    view = np.divide(middle, norm, out=np.zeros_like(middle), where=norm > 0)
+    view = middle / np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-9)
     flat = _across(view[:, None])[:, 0]
     wide = np.einsum("tab,tmb->tma", flat, np.where(seen[..., None], rays, 0.0) - middle[:, None] * seen[..., None])
     bodies = np.einsum("tab,tmb->tma", flat, posture)
@@ -296,6 +297,11 @@ class _System:
         self.own[:, index, :, index] += each.swapaxes(0, 1)
         self.right += np.einsum("tmab,tb->tma", each, origins)
 
+    def farther(self, across, weights, ways) -> None:
+        """Errors are angles: noise mustn't shrink as markers come closer along their `ways` from the camera."""
+        off = ((across @ ways[..., None]) ** 2).sum(axis=-2)
+        self.right += weights[..., None] * off / (ways**2).sum(axis=-1, keepdims=True) * ways
+
     def posture(self, posture, precision) -> None:
         """Positions about the pelvis; precision (frames, 15)."""
         self._add(self.own, _about_pelvis(precision))
@@ -333,10 +339,8 @@ class _System:
         square = weight**2 * way[..., :, None] * way[..., None, :]
         pull = weight**2 * lengths[_SHARED][:, None] * way
         for k, (a, b) in enumerate(zip(_A, _B, strict=True)):
-            self.own[:, a, :, a] += square[:, k]
-            self.own[:, b, :, b] += square[:, k]
-            self.own[:, a, :, b] -= square[:, k]
-            self.own[:, b, :, a] -= square[:, k]
+            for one, other, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
+                self.own[:, one, :, other] += sign * square[:, k]
             self.right[:, a] += pull[:, k]
             self.right[:, b] -= pull[:, k]
 
@@ -353,18 +357,17 @@ class _System:
 
     def solve(self, covariance: bool) -> tuple[np.ndarray, np.ndarray | None]:
         """Positions (frames, 15, 3), and on request each frame's covariance (frames, 45, 45)."""
-        n = 3 * len(MARKERS)
-        own, next_ = (blocks.reshape(-1, n, n) for blocks in (self.own, self.next))
-        pelvis = slice(3 * _PELVIS, 3 * _PELVIS + 3)
-        places, spread = solve(own, next_, self.second, pelvis, self.right.reshape(-1, n), covariance)
+        places, spread = solve(*self._blocks(), self.right.reshape(len(self.right), -1), covariance)
         return places.reshape(self.right.shape), spread
 
     def sample(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Draws (count, frames, 15, 3) from the Gaussian whose precision these equations are, about its mean."""
+        return sample(*self._blocks(), count, rng).reshape(count, *self.right.shape)
+
+    def _blocks(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, slice]:
         n = 3 * len(MARKERS)
         own, next_ = (blocks.reshape(-1, n, n) for blocks in (self.own, self.next))
-        pelvis = slice(3 * _PELVIS, 3 * _PELVIS + 3)
-        return sample(own, next_, self.second, pelvis, count, rng).reshape(count, *self.right.shape)
+        return own, next_, self.second, slice(3 * _PELVIS, 3 * _PELVIS + 3)
 
     @staticmethod
     def _add(blocks: np.ndarray, graph: np.ndarray) -> None:
