@@ -19,10 +19,13 @@ CLIPS, VIEWS = 12, 3
 PICTURE = {"width": 640, "height": 480}
 
 
-def clips(mocap: Path, kind: str, count: int = CLIPS) -> list[Markers]:
-    """`count` clips of a kind, chosen at random but the same each time, standing over the origin on average."""
+def clips(mocap: Path, kind: str, count: int = CLIPS, *, skip: int = 0) -> list[Markers]:
+    """`count` clips of a kind, chosen at random but the same each time, standing over the origin on average.
+
+    With `skip`, others than the first so many.
+    """
     paths = sorted(p for p in (mocap / "bandai_namco").rglob("*.bvh") if any(part in p.name for part in KINDS[kind]))
-    chosen = sorted(np.random.default_rng(0).permutation(len(paths))[:count])
+    chosen = sorted(np.random.default_rng(0).permutation(len(paths))[skip : skip + count])
     out = []
     for i in chosen:
         markers = to_markers(read(paths[i]))
