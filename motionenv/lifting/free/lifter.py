@@ -39,8 +39,7 @@ _SEEN_DEVIATION = 0.005  # of the logarithm of the size of somebody at a known d
 #: Greatest surprise. People left out never exceed it as they were captured; clips of exaggerated styles do in 5 % of
 #: the frames, people who sit or cycle in 79 % and more (`motionenv bench free_walking.unlike`).
 SURPRISE = 0.17
-#: Least share of the frames in which bands hold if a motion is plausible.
-MOSTLY = 0.9
+MOSTLY = 0.9  # least share of the frames in which bands hold if a motion is plausible
 _LEAST_CONFIDENCE = 0.1  # relative to the median: nothing is ignored only for its confidence
 _SIZES = (-0.4, 0.2)  # logarithm of a person's size relative to an adult's: from 1.15 m to 2.1 m
 _ELEVATIONS = np.radians(np.arange(-20, 61, 5))
@@ -392,9 +391,7 @@ def _surprise(fit: Fit, proposal: Proposal, fps: float) -> np.ndarray:
     return ndimage.uniform_filter1d(each, max(1, min(round(fps), len(each))), mode="nearest")
 
 
-def _unit(
-    fit: Fit, rays: Rays, part: slice, stature: float | None, distance: float | None
-) -> tuple[float, float]:  # fmt: skip
+def _unit(fit: Fit, rays: Rays, part: slice, stature: float | None, distance: float | None) -> tuple[float, float]:
     """The body unit [m] and the deviation of its logarithm: by the distance, or the floor and stature, or people's."""
     if distance is not None:
         away = float(np.linalg.norm(fit.places[:, _M["pelvis"]], axis=-1).mean())
