@@ -50,7 +50,7 @@ _SURER = 0.05  # by how much less certain of a mirror image the network may be i
 _LIKELY = 0.01  # least probability that is told
 _LOOKED = 128  # frames by which an unknown elevation, or a mirror image, is judged
 _FOOT_DETECTED = 0.012  # [m] deviation of a detector's heels and toes, as of its ankles (Needham et al. 2021)
-_DETECTED = 0.02  # [m] by which a detector's joints are elsewhere for as long as a sequence lasts
+_DETECTED = 0.025  # [m] by which a detector's joints are elsewhere for as long as a sequence lasts
 _SPREAD = KEYPOINT_SETS["coco-17"].spread  # how far they are, by joint; most detectors learn from COCO's pictures
 _HEADING = 0.15  # [s] deviation of the Gaussian that smooths headings
 
