@@ -186,7 +186,7 @@ def kinematic_events(feet: Feet, after: float | None = None) -> tuple[Event, ...
     """Initial contacts and toe-offs of `feet`, in the order of time.
 
     Who walks backwards lands on the toes and leaves with the heel, so these change places. Where paths are too rough to
-    show how a heel is stopped, contacts are taken so long `after` it is furthest ahead [s].
+    show how a heel is stopped, contacts are `after` it is furthest ahead [s], and as close to either end there is none.
     """
     front, back = (feet.toe, feet.heel) if walks_backwards(feet) else (feet.heel, feet.toe)
     ways, fps = directions(feet), feet.fps
@@ -196,7 +196,7 @@ def kinematic_events(feet: Feet, after: float | None = None) -> tuple[Event, ...
         if after is None:
             contacts = _impacts(front[side], ahead, ways, fps, on_treadmill(feet))
         else:
-            contacts = [k / fps + after for k in ahead if 0 < k < len(front[side]) - 1 - after * fps]
+            contacts = [k / fps + after for k in ahead if after * fps < k < len(ways) - 1 - after * fps]
         found += [Event(t, "initial_contact", side) for t in contacts if _seen(front[side], t, fps)]
         found += [Event(t, "toe_off", side) for t in _departures(feet, back[side], ways) if _seen(back[side], t, fps)]
     return tuple(sorted(found, key=lambda event: event.time))
