@@ -163,7 +163,7 @@ def undetermined(seen: np.ndarray, fps: float) -> np.ndarray:
     """Which markers (frames, 15) aren't determined: the network supposes them, and is surer than it should be.
 
     These are those that aren't `seen` (frames, 15) for a second before and after, and all of them where not even one
-    leg is. Bands would cover 53 % of upper bodies that are never seen, and without knees and ankles 46 % of the rest
+    leg is. Bands would cover 57 % of upper bodies that are never seen, and without knees and ankles 49 % of the rest
     (`motionenv bench free_walking.parts`).
     """
     lately = ndimage.maximum_filter1d(seen, 2 * round(_RECENTLY * fps) + 1, axis=0, mode="constant")
