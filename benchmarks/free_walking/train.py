@@ -32,6 +32,8 @@ _LEGS = [i for i, n in enumerate(MARKERS) if n.endswith(("hip", "knee", "ankle")
 #: A detector's bias, and what lasts for a while, are 0.12 of these by `motionenv/mocap/keypoints/detector_errors.toml`,
 #: relative to the height; ankles have a third of the bias. Here they vary about it.
 _PUBLISHED = 0.12 * SIGMA[:, None]
+#: Share of the batches that are shorter than `FRAMES`, as walks across a laboratory are.
+_SHORT = 0.4
 #: Thighs and shanks, whose directions give the knee's angle.
 _INNER, _OUTER = ([MARKERS.index(f"{side}_{joint}") for side in ("left", "right") for joint in joints]
                   for joints in (("hip", "knee"), ("knee", "ankle")))  # fmt: skip
@@ -71,18 +73,25 @@ class Network(torch.nn.Module):
         return out
 
     def take(self, arrays) -> None:
-        """Go on from weights that `arrays` gave."""
+        """Go on from weights that `arrays` gave; blocks that these don't have begin by changing nothing."""
         with torch.no_grad():
             for name, layer in self._layers().items():
+                if name not in arrays:
+                    if name.startswith("narrow"):
+                        layer.weight.zero_()
+                        layer.bias.zero_()
+                    continue
                 layer.weight.copy_(torch.from_numpy(arrays[name].astype(np.float32)))
                 layer.bias.copy_(torch.from_numpy(arrays[f"{name}_bias"].astype(np.float32)))
 
 
 def batch(clips: np.ndarray, rng: np.random.Generator, size: int = _BATCH, damage: bool = True):
     """Features, target postures, which frames count, and sizes [m] of `size` clips before random cameras."""
-    places = clips[rng.integers(len(clips), size=size)].astype(np.float64)
+    places = clips[rng.integers(len(clips), size=size)]
+    if damage and rng.uniform() < _SHORT:
+        places = _shortened(places, rng)
     there = np.isfinite(places[..., 0, 0])
-    camera = _cameras(places, there, rng)
+    camera = _cameras(places, there, rng).astype(np.float32)
     off = places - camera[:, None, None]
     level = np.hypot(off[..., 0], off[..., 1])
     near = np.nanmin(level, axis=(1, 2)) < 1.0
@@ -105,6 +114,13 @@ def batch(clips: np.ndarray, rng: np.random.Generator, size: int = _BATCH, damag
     return made.values, target.astype(np.float32), there & ~near[:, None], sizes
 
 
+def _shortened(places: np.ndarray, rng) -> np.ndarray:
+    """The same part of a second or more, from another frame of each clip."""
+    frames = int(rng.integers(RATE, FRAMES))
+    spare = np.maximum(np.isfinite(places[..., 0, 0]).sum(axis=1) - frames, 0)
+    return places[np.arange(len(places))[:, None], rng.integers(spare + 1)[:, None] + np.arange(frames)]
+
+
 def _cameras(places, there, rng) -> np.ndarray:
     """Camera positions (size, 3) [m] around the clips."""
     middle = np.nanmean(places[:, :, _PELVIS, :2], axis=1)
@@ -119,19 +135,19 @@ def _damaged(directions, seen, person, rng):
     size, frames, count = seen.shape
     each = person[:, None, None, None]
     some = lambda share: rng.uniform(size=(size, 1, 1, 1)) < share
-    middle = np.nanmean(np.where(seen[..., None], directions, np.nan), axis=(1, 2), keepdims=True)
-    focal = np.exp(0.1 * rng.normal(size=(size, 1, 1, 1)) * some(0.3))
-    directions = middle * [1, 0] * focal + (directions - middle * [1, 0]) * focal
-    directions = directions + [0, 0.03] * rng.normal(size=(size, 1, 1, 1)) * some(0.3)  # pitch
-    noise = rng.uniform(size=(size, 1, 1, 1)) ** 2 * 0.08 * each  # 0.08: five pixels on a body 60 pixels tall
+    uniform = lambda: rng.uniform(size=(size, 1, 1, 1)).astype(np.float32)
+    normal = lambda *shape: rng.standard_normal(shape, np.float32)
+    directions = directions * np.exp(0.1 * normal(size, 1, 1, 1) * some(0.3))  # focal length
+    directions[..., 1:] += 0.03 * normal(size, 1, 1, 1) * some(0.3)  # pitch
+    noise = uniform() ** 2 * 0.08 * each  # 0.08: five pixels on a body 60 pixels tall
     detected = some(0.5)
-    noise = noise * np.where(detected, 0.2, 1.0)
-    directions = directions + noise * rng.standard_normal(directions.shape)
-    directions = directions + detected * each * _lasting(size, frames, rng)
-    bias = 0.015 * each * rng.uniform(size=(size, 1, 1, 1))
-    directions = directions + bias * rng.standard_normal((size, 1, count, 2))
+    noise[detected] *= 0.2
+    directions += noise * normal(*directions.shape)
+    of_detector = detected[:, 0, 0, 0]
+    directions[of_detector] += each[of_detector] * _lasting(int(of_detector.sum()), frames, rng)
+    directions += 0.015 * each * uniform() * normal(size, 1, count, 2)
     wild = rng.uniform(size=seen.shape) < 0.02 * rng.uniform(size=(size, 1, 1))
-    directions = directions + 0.25 * each * wild[..., None] * rng.standard_normal(directions.shape)
+    directions[wild] += (0.25 * each * wild[..., None])[wild] * normal(int(wild.sum()), 2)
     seen = seen & ~(rng.uniform(size=seen.shape) < (0.5 * rng.uniform(size=(size, 1, 1)) ** 2) * some(0.6)[..., 0])
     time_ = np.arange(frames)
     often = rng.uniform(size=(size, 1, 1, 1)) ** 2
@@ -148,17 +164,17 @@ def _damaged(directions, seen, person, rng):
 
 
 def _exchanged(directions, seen, rng):
-    """Directions, and what is seen, with left and right confused for a while."""
+    """Directions, and what is seen, with left and right confused for a while: of arms, of legs, or of one joint."""
     size, frames, count = seen.shape
     time_ = np.arange(frames)
-    for group in (_ARMS, _LEGS, _ARMS + _LEGS):
-        begin, length = rng.integers(frames, size=size), rng.integers(1, 20, size)
-        mixed = (time_ >= begin[:, None]) & (time_ < (begin + length)[:, None]) & (rng.uniform(size=(size, 1)) < 0.12)
-        exchanged = np.arange(count)
-        exchanged[group] = [_OTHER[i] for i in group]
-        directions = np.where(mixed[..., None, None], directions[:, :, exchanged], directions)
-        seen = np.where(mixed[..., None], seen[:, :, exchanged], seen)
-    return directions, seen
+    order = np.tile(np.arange(count), (size, frames, 1))
+    wholes = [(group, 0.12, 20) for group in (_ARMS, _LEGS, _ARMS + _LEGS)]
+    for group, share, longest in wholes + [([i, _OTHER[i]], 0.25, 5) for i in range(count) if i < _OTHER[i]]:
+        begin, length = rng.integers(frames, size=size), rng.integers(1, longest, size)
+        mixed = (time_ >= begin[:, None]) & (time_ < (begin + length)[:, None]) & (rng.uniform(size=(size, 1)) < share)
+        others = order[..., [_OTHER[i] for i in group]]
+        order[..., group] = np.where(mixed[..., None], others, order[..., group])
+    return np.take_along_axis(directions, order[..., None], axis=2), np.take_along_axis(seen, order, axis=2)
 
 
 def _lasting(size: int, frames: int, rng) -> np.ndarray:
@@ -166,8 +182,8 @@ def _lasting(size: int, frames: int, rng) -> np.ndarray:
     scale = rng.uniform(0.3, 1.4, (2, size, 1, 1, 1)) * _PUBLISHED
     bias = scale[0] * BIAS[:, None] * rng.standard_normal((size, 1, len(MARKERS), 2))
     memory = np.exp(rng.uniform(math.log(0.1), math.log(0.8), (size, 1, 1)))  # [s]
-    keep = np.exp(-1 / (RATE * memory))
-    normal = rng.standard_normal((frames, size, len(MARKERS), 2))
+    keep = np.exp(-1 / (RATE * memory)).astype(np.float32)
+    normal = rng.standard_normal((frames, size, len(MARKERS), 2), np.float32)
     for t in range(1, frames):
         normal[t] = keep * normal[t - 1] + np.sqrt(1 - keep**2) * normal[t]
     normal = normal.swapaxes(0, 1)
@@ -182,13 +198,17 @@ def _lasting(size: int, frames: int, rng) -> np.ndarray:
 def loss_of(posture, deviation, target, counts):
     """Laplace's negative log-likelihood, distance, velocity, and legs' limbs, averaged over what counts."""
     weight = counts[..., None] / (counts.sum() * posture.shape[2])
-    apart = ((posture - target) ** 2).sum(-1).clamp(min=1e-8).sqrt()
+    apart = _size(posture - target)
     likely = ((apart / deviation + 2 * torch.log(deviation)) * weight).sum()
-    speed = ((posture[:, 1:] - posture[:, :-1]) - (target[:, 1:] - target[:, :-1])).norm(dim=-1)
-    both = weight[:, 1:] * counts[:, :-1, None]
     off = posture - target
-    limbs = ((off[:, :, _OUTER] - off[:, :, _INNER]).norm(dim=-1).mean(dim=2) * counts).sum() / counts.sum()
+    speed = _size(off[:, 1:] - off[:, :-1])
+    both = weight[:, 1:] * counts[:, :-1, None]
+    limbs = (_size(off[:, :, _OUTER] - off[:, :, _INNER]).mean(dim=2) * counts).sum() / counts.sum()
     return likely + 4 * (apart * weight).sum() + 2 * (speed * both).sum() + 2 * limbs, apart
+
+
+def _size(ways):
+    return (ways**2).sum(-1).clamp(min=1e-8).sqrt()
 
 
 def trained(clips: np.ndarray, minutes: float, seed: int, start: Path | None = None, rate: float = 1.5e-3) -> Network:

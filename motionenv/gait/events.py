@@ -182,19 +182,23 @@ def _on_plate(point: np.ndarray, corners: np.ndarray) -> bool:
     return True
 
 
-def kinematic_events(feet: Feet) -> tuple[Event, ...]:
+def kinematic_events(feet: Feet, after: float | None = None) -> tuple[Event, ...]:
     """Initial contacts and toe-offs of `feet`, in the order of time.
 
-    Who walks backwards lands on the toes and leaves with the heel, so these change places.
+    Who walks backwards lands on the toes and leaves with the heel, so these change places. Where paths are too rough to
+    show how a heel is stopped, contacts are `after` it is furthest ahead [s], and as close to either end there is none.
     """
     front, back = (feet.toe, feet.heel) if walks_backwards(feet) else (feet.heel, feet.toe)
     ways, fps = directions(feet), feet.fps
     found = []
     for side in feet.sides:
-        contacts = _impacts(front[side], candidates(feet, front[side], ways), ways, fps, on_treadmill(feet))
+        ahead = candidates(feet, front[side], ways)
+        if after is None:
+            contacts = _impacts(front[side], ahead, ways, fps, on_treadmill(feet))
+        else:
+            contacts = [k / fps + after for k in ahead if after * fps < k < len(ways) - 1 - after * fps]
         found += [Event(t, "initial_contact", side) for t in contacts if _seen(front[side], t, fps)]
-        offs = _departures(feet, back[side], ways)
-        found += [Event(t, "toe_off", side) for t in offs if _seen(back[side], t, fps)]
+        found += [Event(t, "toe_off", side) for t in _departures(feet, back[side], ways) if _seen(back[side], t, fps)]
     return tuple(sorted(found, key=lambda event: event.time))
 
 

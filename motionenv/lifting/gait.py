@@ -21,7 +21,7 @@ from motionenv._core.rotations import to_euler
 from motionenv._core.runs import runs
 from motionenv._core.validation import checked_whole
 from motionenv.errors import GapError
-from motionenv.gait.events import find_events
+from motionenv.gait.events import Events, kinematic_events
 from motionenv.gait.feet import Feet, bridged, smoothed
 from motionenv.gait.stretches import Stretch, find_stretches
 from motionenv.gait.strides import Stride, find_strides, mean_and_sd, normalised
@@ -62,10 +62,10 @@ _HIPS = (
 )
 _FEWEST = 8  # draws
 _FINE = 100.0  # [Hz] at least, to which paths are interpolated: contacts are then as exact as at that rate
-#: [s] by which contacts and toe-offs of ankles are late, and the deviation of both: medians of 11 recordings of
-#: laboratories and CMU, of joints alone at 30 Hz (their contacts at full rate: `motionenv bench mocap.events`).
-_LATE = {"initial_contact": 0.013, "toe_off": -0.045}
-_EVENT = 0.025
+#: [s] by which a heel, or an ankle, lands after it is furthest ahead of the pelvis, of five people of laboratories in
+#: four views: lifted feet don't stand still enough to show where they stop. By how much toe-offs of ankles are early,
+#: a median of 11 recordings of laboratories and CMU, of joints alone at 30 Hz; and the deviation of both.
+_LANDS, _EARLY, _EVENT = 0.040, 0.045, 0.025
 #: [Hz] cut-off frequency for feet, and share of the frames, those of the middle of stance, in which they are slowest.
 _CALM, _RESTS = 6.0, 0.25
 _SAME = 0.2  # [s] within which a draw's event is that of the estimate
@@ -214,11 +214,10 @@ def gait_of(lifted: Lifted, *, draws: int = 64, rng: np.random.Generator | int =
 def _analysed(places: np.ndarray, ends: np.ndarray | None, fps: float) -> _Walk:
     """A motion (frames, 15, 3) [m], NaN where nobody is, with heels and toes (frames, 4, 3) or None."""
     feet = _feet(places, ends, fps)
-    found = find_events(feet)
-    late = _LATE if feet.notes else dict.fromkeys(_LATE, 0.0)
-    events = tuple(replace(event, time=event.time - late[event.kind]) for event in found.events)
-    found = replace(found, events=tuple(sorted(events, key=lambda event: event.time)))
-    times = {(k, s): np.array(found.times(k, s)) for k in _LATE for s in ("left", "right")}
+    early = {"initial_contact": 0.0, "toe_off": _EARLY if feet.notes else 0.0}
+    events = [replace(event, time=event.time + early[event.kind]) for event in kinematic_events(feet, _LANDS)]
+    found = Events(tuple(sorted(events, key=lambda event: event.time)), {"kinematics": len(events)})
+    times = {(k, s): np.array(found.times(k, s)) for k in early for s in SIGN}
     stretches = find_stretches(feet)
     return _Walk(_angles(places, ends, fps), feet, times, stretches, find_strides(feet, found, stretches))
 

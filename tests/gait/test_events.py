@@ -195,6 +195,14 @@ def test_the_candidates_are_too_early():
     assert 0.02 < np.abs(early).min(1).max() < 0.12
 
 
+def test_contacts_of_feet_that_slide_follow_the_candidates():
+    """Lifted feet don't rest: these slide by 0.7 m/s, so nothing shows where they stop."""
+    sliding = moved(walker(), lambda path: path + 0.7 * np.arange(len(path))[:, None] / 100 * [1, 0, 0])
+    assert times(kinematic_events(sliding), "initial_contact", "right").size == 0
+    for feet in (sliding, walker()):
+        assert apart(kinematic_events(feet, after=0.04), truth().events) < 0.03
+
+
 @pytest.mark.parametrize(("stance", "stride", "period"), [(0.36, 2.4, 0.7), (0.7, 0.9, 1.4)])
 def test_runners_and_slow_walkers(stance, stride, period):
     found = kinematic_events(walker(stance=stance, stride=stride, period=period))

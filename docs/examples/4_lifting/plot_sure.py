@@ -37,7 +37,7 @@ print(f"mean error of depth {errors.mean():.0f} mm; {inside.mean():.0%} in the i
 # hardest. Right: how often the interval holds the truth; the line is the 90 % that it promises.
 #
 # These walkers are drawn from ``walk/fpca``, which was learned from people whom the network has seen, and for them the
-# intervals are too wide. The fair test is on people whom it hasn't: there they hold 82 to 92 % of the joints'
+# intervals are too wide. The fair test is on people whom it hasn't: there they hold 84 to 96 % of the joints'
 # coordinates (``free_walking`` in the :doc:`results </made/results>`).
 
 names = np.array([name.replace("_", " ") for name in MARKERS if name != "pelvis"])

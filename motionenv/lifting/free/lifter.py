@@ -40,8 +40,7 @@ _SEEN_DEVIATION = 0.005  # of the logarithm of the size of somebody at a known d
 #: Greatest surprise. People left out never exceed it as they were captured; clips of exaggerated styles do in 5 % of
 #: the frames, people who sit or cycle in 79 % and more (`motionenv bench free_walking.unlike`).
 SURPRISE = 0.17
-#: Least share of the frames in which bands hold if a motion is plausible.
-MOSTLY = 0.9
+MOSTLY = 0.9  # least share of the frames in which bands hold if a motion is plausible
 _LEAST_CONFIDENCE = 0.1  # relative to the median: nothing is ignored only for its confidence
 _SIZES = (-0.4, 0.2)  # logarithm of a person's size relative to an adult's: from 1.15 m to 2.1 m
 _ELEVATIONS = np.radians(np.arange(-20, 61, 5))
@@ -52,7 +51,7 @@ _SURER = 0.05  # by how much less certain of a mirror image the network may be i
 _LIKELY = 0.01  # least probability that is told
 _LOOKED = 128  # frames by which an unknown elevation, or a mirror image, is judged
 _FOOT_DETECTED = 0.012  # [m] deviation of a detector's heels and toes, as of its ankles (Needham et al. 2021)
-_DETECTED = 0.02  # [m] by which a detector's joints are elsewhere for as long as a sequence lasts
+_DETECTED = 0.025  # [m] by which a detector's joints are elsewhere for as long as a sequence lasts
 _SPREAD = KEYPOINT_SETS["coco-17"].spread  # how far they are, by joint; most detectors learn from COCO's pictures
 _HEADING = 0.15  # [s] deviation of the Gaussian that smooths headings
 
@@ -165,7 +164,7 @@ def undetermined(seen: np.ndarray, fps: float) -> np.ndarray:
     """Which markers (frames, 15) aren't determined: the network supposes them, and is surer than it should be.
 
     These are those that aren't `seen` (frames, 15) for a second before and after, and all of them where not even one
-    leg is. Bands would cover 53 % of upper bodies that are never seen, and without knees and ankles 46 % of the rest
+    leg is. Bands would cover 57 % of upper bodies that are never seen, and without knees and ankles 49 % of the rest
     (`motionenv bench free_walking.parts`).
     """
     lately = ndimage.maximum_filter1d(seen, 2 * round(_RECENTLY * fps) + 1, axis=0, mode="constant")

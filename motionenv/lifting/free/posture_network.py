@@ -19,7 +19,7 @@ from motionenv.types import MARKERS
 #: Frame rate [Hz] and number of frames of the network's clips.
 RATE, FRAMES = 15.0, 64
 #: Dilations of the residual blocks, each of a convolution over 3 frames and one over 1.
-DILATIONS = (1, 2, 4, 8, 1)
+DILATIONS = (1, 2, 4, 8, 1, 16)
 #: Least deviation of a coordinate, in units of the body's size.
 LEAST = 0.02
 
