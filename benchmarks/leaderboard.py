@@ -208,9 +208,11 @@ def main() -> None:
     parser.add_argument("--results", type=Path, default=Path("leaderboard"), quick=scratch(), help="folder of results")
     parser.add_argument("--out", type=Path, default=HERE / "LEADERBOARD.md", quick=scratch() / "LEADERBOARD.md")
     asked = parser.parse_args()
-    asked.results.mkdir(parents=True, exist_ok=True)
     tasks = [task for task in TASKS if asked.tasks in task and any(f"/{family}" in task for family in FAMILIES)]
     agents = [name for name in (*FIXED, *TRAINED) if asked.agents in name]
+    if not (tasks and agents):
+        parser.error("no task or no agent has such a name: see LEADERBOARD.md")
+    asked.results.mkdir(parents=True, exist_ok=True)
     results(asked.results, tasks, agents, asked.share, asked.episodes, asked.seeds, asked.again)
     asked.out.write_text(table(asked.results), encoding="utf-8")
     print(table(asked.results))

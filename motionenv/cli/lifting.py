@@ -76,9 +76,7 @@ def lift(
     of_detector = {"person": parsed_person(person), "format": format, "size": picture,
                    "up": _checked_up(up, size, camera)}  # fmt: skip
     if weights is not None and points.suffix.lower() not in _FILMS:
-        raise MotionError(
-            f"--weights is only for films, in which people are detected; {points.name} has points: omit it"
-        )
+        raise MotionError(f"--weights is for films, in which people are detected; {points.name} has points: omit it")
     known = _camera(camera, which)
     if points.suffix.lower() in _FILMS:
         others = {"project": project, "fps": fps, "unit": unit, **of_detector, "person": None}
@@ -258,9 +256,7 @@ def _report(lifted) -> list[str]:
     if len(band):
         lines.append(f"joints ± {1000 * float(band.mean()):.0f} mm per axis (90 %), on average")
     if not lifted.plausible and not lifted.determined.any(axis=1).all():
-        lines.append(
-            "warning: too little of the person is seen, so uncertainties don't hold: show at least a whole leg"
-        )
+        lines.append("warning: too little of the person shows, so uncertainties don't hold: show at least a whole leg")
     elif not lifted.plausible:
         lines.append(
             f"warning: this is unlike the people learned from (misfit {lifted.misfit:.1f}), so uncertainties don't "

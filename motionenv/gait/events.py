@@ -188,7 +188,7 @@ def kinematic_events(feet: Feet, after: float | None = None) -> tuple[Event, ...
     Who walks backwards lands on the toes and leaves with the heel, so these change places. Where paths are too rough to
     show how a heel is stopped, contacts are `after` it is furthest ahead [s], and as close to either end there is none.
     """
-    front, back = (feet.toe, feet.heel) if walks_backwards(feet) else (feet.heel, feet.toe)
+    front, back = (feet.toe, feet.heel) if backward_share(feet) > 0.5 else (feet.heel, feet.toe)
     ways, fps = directions(feet), feet.fps
     found = []
     for side in feet.sides:
@@ -226,11 +226,6 @@ def directions(feet: Feet) -> np.ndarray:
         way = np.zeros_like(feet.pelvis[:, :2])
     length = np.linalg.norm(way, axis=-1, keepdims=True)
     return way / np.where(length > 0, length, 1.0)
-
-
-def walks_backwards(feet: Feet) -> bool:
-    """Whether the `feet`, while they are low, mostly point against the direction of progression."""
-    return backward_share(feet) > 0.5
 
 
 def backward_share(feet: Feet) -> float:

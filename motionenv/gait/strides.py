@@ -12,7 +12,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from motionenv._core.representation import OneLine
-from motionenv.gait.events import Events, directions, walks_backwards
+from motionenv.gait.events import Events, backward_share, directions
 from motionenv.gait.feet import Feet, smoothed
 from motionenv.gait.stretches import Stretch, belt, heading
 
@@ -89,7 +89,7 @@ def find_strides(feet: Feet, events: Events, stretches: Sequence[Stretch]) -> tu
     carried = belt(feet)
     placed = feet if carried is None else _over_belt(feet, events, carried)
     turned = heading(feet) if carried is None else np.zeros(len(feet.pelvis))
-    towards = -1.0 if walks_backwards(feet) else 1.0
+    towards = -1.0 if backward_share(feet) > 0.5 else 1.0
     found = []
     for side in feet.sides:
         for start, end in pairwise(events.times("initial_contact", side)):

@@ -8,7 +8,7 @@ import numpy as np
 
 from motionenv._core.representation import OneLine, counted
 from motionenv.errors import GapError
-from motionenv.gait.events import Events, backward_share, find_events, walks_backwards
+from motionenv.gait.events import Events, backward_share, find_events
 from motionenv.gait.feet import Feet, feet_of
 from motionenv.gait.stretches import Stretch, find_stretches, on_treadmill
 from motionenv.gait.strides import Stride, find_strides, normalised, strides_by_phase
@@ -195,7 +195,7 @@ def notes_of(feet: Feet, strides: tuple[Stride, ...]) -> tuple[str, ...]:
         )
     if all(stride.kind != "steady" for stride in strides):
         notes.append("no stride is steady: the figures are of strides in which the walker turns or changes speed")
-    if walks_backwards(feet):
+    if backward_share(feet) > 0.5:
         notes.append("the walker goes backwards, so initial contact is the toes' and toe-off the heel's")
     if _runs(strides):
         notes.append("both feet are in the air between steps, so this is running and has no double support")

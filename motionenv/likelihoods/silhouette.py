@@ -21,8 +21,7 @@ with probability false_alarms outside. Colours determine y only up to a probabil
 
 Both rates make the likelihood robust: they bound the log-odds of a pixel, and so the influence of occluders. The
 log-likelihood is the sum of log p(pixel | none) over the image plus the sum of log-odds over the silhouette, which
-needs one pass over the outline. Pixels of known occluders are those of a mask with p = ½. (Estimating occluders from
-pixels that the posterior covers but that aren't foreground doesn't help: by then the posterior is wrong.)
+needs one pass over the outline. Pixels of known occluders are those of a mask with p = ½.
 
 **Hidden parts.** Posts, boxes and bushes stand on the ground before the body, so that below a hidden pixel all others
 of its column are hidden as well. Where a still, level camera has seen foreground at a pixel or below it, now or before,
@@ -52,11 +51,9 @@ from motionenv.likelihoods.base import ImageLikelihood
 from motionenv.render.raycast.engine import Raycaster
 from motionenv.types import Camera, Skeleton
 
-#: Effective number of independent pixels of a body (`benchmarks/tracking/likelihood.py`): with walkers of random
-#: height (1.72 ± 0.09 m) and girth (± 10 %), and weighted hypotheses with the average body, the energy score was best
-#: and 90 % intervals covered 95 % of true values with about 8 for masks, for bodies of 20 to 216 pixels in images of
-#: 64² and 128²; with about 4 for depths; and with fewer if half of the bodies was occluded. With 32, mask intervals
-#: covered 60 to 86 %. The error of the body's shape dominates, independent of resolution.
+#: Effective number of independent pixels of a body, of 20 to 216 pixels: 90 % intervals of an average body that walkers
+#: of random height and girth don't have held best with about 8 for masks and 4 for depths, and too seldom with 32
+#: (`benchmarks/tracking/likelihood.py`).
 EFFECTIVE = 6.0
 
 _AREA = 0.14  # area of a silhouette in squared body heights, for walkers seen from all sides

@@ -245,9 +245,7 @@ class GaitModel(StoredModel):
 
         `speed` [m/s] and `height` [m] are as of `synthesize`. `motionenv.models.cycle` checks these arguments.
         """
-        raise MotionError(
-            f"a {self.kind} model makes no cycles in place: take walk/fpca, walk/eigenwalkers or walk/prior"
-        )
+        raise MotionError(f"a {self.kind} model makes no cycles in place: take walk/fpca or walk/eigenwalkers")
 
     def synthesize_batch(
         self, seconds: float, fps: float, *, heights: Sequence[float | None] | np.ndarray,

@@ -74,16 +74,6 @@ def _swing(w: _Walkers) -> np.ndarray:
     return _wave(w.of("right_wrist")[..., 0] - w.of("left_wrist")[..., 0], 1)
 
 
-def _bounce(w: _Walkers) -> np.ndarray:
-    """Height of the pelvis over the stance leg, above its height between two steps."""
-    return 2 * _wave(-w.of("pelvis")[..., 2], 2)
-
-
-def _sway(w: _Walkers) -> np.ndarray:
-    """Amplitude of the trunk's way from foot to foot, a quarter of a cycle after steps are longest."""
-    return _wave(w.of("sternum")[..., 1], 1, delay=0.25)
-
-
 def _wave(values: np.ndarray, harmonic: int, delay: float = 0.0) -> np.ndarray:
     """Signed amplitude (n,) of the cosine in `values` (n, samples), which peaks `delay` [cycles] after phase 0.
 
@@ -105,8 +95,10 @@ def _lean(w: _Walkers) -> np.ndarray:
 
 #: Features by name: words for little and much of it, unit, and the function that measures it.
 FEATURES: dict[str, tuple[str, str, str, Callable[[_Walkers], np.ndarray]]] = {
-    "bounce": ("flat", "bouncy", "body heights", _bounce),
-    "sway": ("steady", "swaying", "body heights", _sway),
+    # The pelvis over the stance leg, above its height between two steps; the trunk's way from foot to foot, a quarter
+    # of a cycle after steps are longest.
+    "bounce": ("flat", "bouncy", "body heights", lambda w: 2 * _wave(-w.of("pelvis")[..., 2], 2)),
+    "sway": ("steady", "swaying", "body heights", lambda w: _wave(w.of("sternum")[..., 1], 1, delay=0.25)),
     "arm swing": ("still arms", "swinging arms", "body heights", _swing),
     "arm spread": ("narrow arms", "wide arms", "body heights", lambda w: _apart(w, "wrist")),
     "step width": ("narrow steps", "wide steps", "body heights", lambda w: _apart(w, "ankle")),

@@ -163,7 +163,7 @@ class ParticleFilter:
     def start(self, start: Start) -> None:
         """Draw particles for the first frame, before it is observed, from a `start`: what is known of it."""
         self._begin(start)
-        self._beliefs: list[Belief] = []
+        self.beliefs: list[Belief] = []
 
     def smoothed(self, n: int = 200) -> list[Belief]:
         """Beliefs about the frames since the start given all of them, as `n` equally weighted walkers.
@@ -174,12 +174,12 @@ class ParticleFilter:
         Raises:
             MotionError: made without `keep`, or no frame yet.
         """
-        if not self.keep or self._state is None or not self._beliefs:
+        if not self.keep or self._state is None or not self.beliefs:
             raise MotionError("nothing to smooth: make the filter with keep=True, and follow some frames first")
         camera = self.likelihood.camera
         centre = np.zeros(2) if camera is None else camera.centre[:2]
         return smooth(
-            cast(FPCAPrior, self.prior), self._beliefs, checked_whole(n, "n", 1), centre,
+            cast(FPCAPrior, self.prior), self.beliefs, checked_whole(n, "n", 1), centre,
             _DEPTHS * self._searched, self._rng.spawn(1)[0],
         )  # fmt: skip
 
@@ -202,6 +202,7 @@ class ParticleFilter:
             raise MotionError("the filter is not started: call start(Start.at(pose)) first")
         self.likelihood.observe(**observation)
         recovered = self._lost >= _PATIENCE * self.prior.fps and self._restarted(observation)
+        recovered |= bool(self.beliefs) and not self._began
         if self._began:
             if self._effective(np.zeros(self.n), 0.0) < self.resample * self.n:
                 self._resample()
@@ -221,7 +222,7 @@ class ParticleFilter:
         ancestors = float(1 / (np.bincount(self._lineage[0], np.exp(self._log_weights)) ** 2).sum())
         belief = Belief(self._state, self._log_weights.copy(), effective, ancestors, evidence, lost, recovered)
         if self.keep:
-            self._beliefs.append(belief)
+            self.beliefs.append(belief)
         return belief
 
     def _shifted_in_depth(self) -> Any:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy, deepcopy
 from functools import partial
 from typing import Any, cast
@@ -40,9 +41,12 @@ _SIZE = 0.06  # standard deviation of the log of adults' statures
 # things that nobody knows. Once found, people are followed with less certainty, behind things with _HIDDEN.
 _CLEAR = {"misses": 0.1, "false_alarms": 0.02}
 _BEHIND = {"misses": 0.49, "false_alarms": 0.02, "hidden": 0.9}
-_FOLLOWED = 0.2, 0.1
-_HIDDEN = 0.5
+_FOLLOWED = {"misses": 0.2, "false_alarms": 0.1}
+_HIDDEN = {"hidden": 0.5}
 _LOOKS = 1, 4, 12, 36  # numbers of frames after which the automatic start is made again, from all of them
+# Who is followed is searched for again after so many frames, in the last ones, and followed from there if that explains
+# them by so much log evidence better: the search has seen what it is to explain. Chosen on split "train".
+_AGAIN, _REVIEWED, _BETTER = 18, 24, 10.0
 
 
 def truth_start(env: Any, slot: int) -> Start:
@@ -74,7 +78,8 @@ class TrackingAgent:
         likelihood: callable (camera, skeleton) that gives what scores the prior's bodies; None is an
             `SilhouetteLikelihood`.
         start: callable (unwrapped env, slot) that gives the first pose, such as `truth_start`; None searches pictures:
-            in the first one, and better once 4, 12 and 36 have come. A walker who is lost is searched for in any case.
+            in the first one, and better once 4, 12 and 36 have come. A walker is searched for in any case when lost,
+            and every 18 frames, in case that he was followed wrongly.
         seed: int or Generator.
         threads: of the default likelihood; None is one per core. The same seed says the same with any number.
 
@@ -92,9 +97,7 @@ class TrackingAgent:
         if self._actions.points or self._actions.names == ["joints"]:
             raise MotionError("TrackingAgent follows people in pictures: use WalkerTracking or ArmTracking with some")
         if self._actions.arm and start is None:
-            raise MotionError(
-                "an arm's first pose can't be found: give start, such as motionenv.envs.agents.truth_start"
-            )
+            raise MotionError("an arm's first pose can't be found: give start, as motionenv.envs.agents.truth_start")
         if self._actions.arm and prior is None:
             raise MotionError('walkers don\'t move as arms do: give prior, such as VelocityPrior(part="right_arm")')
         self._options: dict[str, Any] = {"n": n, "resample": resample, "layers": layers, "hidden": hidden}
@@ -151,7 +154,7 @@ class TrackingAgent:
         for slot, track in enumerate(self._tracks):
             if track is None:
                 raise MotionError("the agent has not begun: call reset(observation) first")
-            names = track.likelihood.accepted(seen)
+            names = track.filter.likelihood.accepted(seen)
             belief = track.step({name: _picture(name, seen[name][slot], self._actions.far) for name in names})
             poses[slot] = _said(belief, self._actions, self._rng)
             if self._actions.form == "joints":
@@ -163,9 +166,7 @@ class TrackingAgent:
         known = env.world.observation_model(slot)
         prior: Prior = self._prior(env, slot) if callable(self._prior) else self._prior
         if prior.fps != env.world.fps:
-            raise MotionError(
-                f"the prior has {prior.fps:g} fps and the environment {env.world.fps:g}: give both the same"
-            )
+            raise MotionError(f"the prior has {prior.fps:g} fps, the environment {env.world.fps:g}: give both the same")
         if self._likelihood is None:
             models: list[Likelihood] = [
                 SilhouetteLikelihood(known.camera, prior.skeleton, still=known.still, threads=self._threads, **rates)
@@ -193,62 +194,82 @@ class _Track:
     """
 
     def __init__(self, tracker: ParticleFilter, start: Start | None, walks: bool, rng, models: list[Likelihood]):
-        self.filter, self.likelihood, self.belief = tracker, tracker.likelihood, None
-        self._models = models
-        self._rng, self._given = rng, start is not None
+        self.filter, self._models, self._rng, self._given = tracker, models, rng, start is not None
+        self.belief: Belief | None = None
         self._waiting: list[dict[str, np.ndarray]] | None = [] if start is None else None
-        self._evidence = 0.0
+        self._evidence, self._walks, self._steps = 0.0, walks, 0
+        self._recent: deque[tuple[dict[str, np.ndarray], Belief]] = deque(maxlen=_REVIEWED)
         if start is not None:
             tracker.start(start)
         if walks:
             tracker.restart = self._found
 
-    belief: Belief | None
-
     def step(self, observation: dict[str, np.ndarray]) -> Belief:
-        if self._waiting is None:
-            self.belief = self.filter.step(**observation)
-            return self.belief
+        if self._waiting is not None:
+            return self._wait(observation)
+        self.belief = self.filter.step(**observation)
+        self._recent.append((observation, self.belief))
+        self._steps += 1
+        if self._walks and self._steps % _AGAIN == 0:
+            self._review()
+        return self.belief
+
+    def _wait(self, observation: dict[str, np.ndarray]) -> Belief:
+        """As `step`, while the start may still become better."""
+        assert self._waiting is not None
         self._waiting.append(observation)
         seen = len(self._waiting)
         if self.belief is not None:
-            self._follow([observation])
+            self.belief = self.filter.step(**observation)
+            self._evidence += self.belief.log_evidence
         if seen in _LOOKS:
             self._look(list(self._waiting))
         if seen == _LOOKS[-1]:
             self._waiting = None
-            chosen = self.likelihood
-            if len(self._models) > 1 and isinstance(chosen, SilhouetteLikelihood):
-                chosen.misses, chosen.false_alarms = _FOLLOWED
-                chosen.hidden = None if chosen.hidden is None else _HIDDEN
+            behind = getattr(self.filter.likelihood, "hidden", None) is not None
+            self._rate(self.filter.likelihood, _FOLLOWED | _HIDDEN if behind else _FOLLOWED)
         assert self.belief is not None
         return self.belief
 
-    def _follow(self, frames: list[dict[str, np.ndarray]]) -> None:
-        for frame in frames:
-            self.belief = self.filter.step(**frame)
-            self._evidence += self.belief.log_evidence
-
-    def _look(self, frames: list[dict[str, np.ndarray]]) -> None:
+    def _look(self, frames: Sequence[dict[str, np.ndarray]]) -> None:
         """Follow from the first of the `frames` on, now knowing more, unless what was followed explains them better."""
         for model in self._models:
-            if (start := self._first(model, frames)) is None:
-                continue
-            kept = self.belief, self._evidence, self.filter, self.likelihood
-            self.filter, self.likelihood, self._evidence = copy(self.filter), deepcopy(model), 0.0
-            self.filter.likelihood = self.likelihood
-            self.filter.start(start)
-            self._follow(frames)
-            if kept[0] is not None and kept[1] > self._evidence:
-                self.belief, self._evidence, self.filter, self.likelihood = kept
+            if (start := self._first(model, frames)) is not None:
+                tried, beliefs, evidence = self._tried(model, start, frames)
+                if self.belief is None or evidence >= self._evidence:
+                    self.filter, self.belief, self._evidence = tried, beliefs[-1], evidence
 
-    def _first(self, model: Likelihood, frames: list[dict[str, np.ndarray]]) -> Start | None:
+    def _tried(self, model: Likelihood, start: Start, frames: Sequence[dict[str, np.ndarray]], before=()):
+        """A filter that has followed the `frames` from a `start`, its beliefs, and the frames' log evidence."""
+        tried = copy(self.filter)
+        tried.likelihood = deepcopy(model)
+        tried.start(start)
+        tried.beliefs = [*before]
+        beliefs = [tried.step(**frame) for frame in frames]
+        return tried, beliefs, sum(belief.log_evidence for belief in beliefs)
+
+    def _review(self) -> None:
+        """Follow whom a search in the last frames finds, if that explains them much better."""
+        frames, beliefs = zip(*self._recent, strict=True)
+        if 2 * sum(belief.lost for belief in beliefs) > len(beliefs):
+            return
+        try:
+            start = self._searched(self._rate(copy(self.filter.likelihood), _BEHIND), frames, beliefs[0])
+        except MotionError:
+            return
+        before = self.filter.beliefs[: -len(frames)]
+        tried, anew, evidence = self._tried(self.filter.likelihood, start, frames, before)
+        if evidence > sum(belief.log_evidence for belief in beliefs) + _BETTER:
+            self.filter, self.belief = tried, anew[-1]
+            self._recent.extend(zip(frames, anew, strict=True))
+
+    def _first(self, model: Likelihood, frames: Sequence[dict[str, np.ndarray]]) -> Start | None:
         """A start from `frames`; None where they show less than before.
 
         While nobody has come into view, he may be anywhere before the camera, and the next picture is the first one.
         """
         try:
-            return self._searched(model, frames)
+            return self._searched(model, frames, None)
         except MotionError:
             if len(frames) > 1:
                 return None
@@ -258,23 +279,25 @@ class _Track:
         pose[:2] = camera.centre[:2] + _AHEAD * camera.R[2, :2]
         return Start.at(pose, spread=_ANYWHERE)
 
-    def _searched(self, model: Likelihood, observations: list) -> Start:
+    def _searched(self, model: Likelihood, observations: Sequence[Mapping[str, Any]], lost: Belief | None) -> Start:
         prior, seen = self.filter.prior, cast(ImageLikelihood, model)
-        lost = None if self._waiting is not None else self.belief
-        place = None if self._given else partial(_log_place, seen.camera, lost)
+        place = None if self._given and lost is None else partial(_log_place, seen.camera, lost)
         return automatic_start(
             seen, observations, fps=prior.fps, n=_SEARCHED, size=prior.size, children=_CHILDREN, place=place,
             seed=self._rng,
         )  # fmt: skip
 
+    def _rate(self, likelihood: Likelihood, rates: dict[str, float]) -> Likelihood:
+        """Give `rates` to a `likelihood`, unless it is the user's."""
+        for name, rate in rates.items() if len(self._models) > 1 else ():
+            setattr(likelihood, name, rate)
+        return likelihood
+
     def _found(self, observation: Mapping[str, Any]) -> Start | None:
         """A new start from one picture, or None where it shows nobody, or nobody near one whose start was given."""
-        seeing = copy(self.likelihood)
-        if len(self._models) > 1 and isinstance(seeing, SilhouetteLikelihood):
-            for name, rate in _BEHIND.items():
-                setattr(seeing, name, rate)
+        lost = None if self._given or self._waiting is not None else self.belief
         try:
-            found = self._searched(seeing, [observation])
+            found = self._searched(self._rate(copy(self.filter.likelihood), _BEHIND), [observation], lost)
         except MotionError:
             return None
         if not self._given or self.belief is None:
@@ -307,10 +330,8 @@ def _check_moves_an_arm(prior: Prior, start: Start) -> None:
     before = prior.initial(start, 2, rng)
     moved = (prior.propagate(before, rng).poses != before.poses).any(axis=0)
     if not set(np.flatnonzero(moved)) <= set(RIGHT_ARM):
-        raise MotionError(
-            f"{type(prior).__name__} moves more than the right arm, while the body of these pictures stands still: "
-            f'take VelocityPrior(part="right_arm"), or a TreePrior whose tree is of the right arm'
-        )
+        told = 'only the right arm moves in these pictures: take VelocityPrior(part="right_arm"), or a TreePrior of it'
+        raise MotionError(f"{type(prior).__name__} moves more, while {told}")
 
 
 def _picture(name: str, picture: np.ndarray, far: float) -> np.ndarray:

@@ -12,7 +12,7 @@ from motionenv.envs.markers import MarkerTracking
 from motionenv.envs.walker import WalkerTracking, WalkerTrackingVector
 from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
-from motionenv.tracking import FPCAPrior, TreePrior, VelocityPrior
+from motionenv.tracking import FPCAPrior, Start, TreePrior, VelocityPrior
 
 SMALL = {"motion": "walk/fpca", "size": 48, "observation": "mask", "horizon": 15, "start": "line"}
 
@@ -82,6 +82,29 @@ def test_somebody_behind_a_post_is_not_looked_for_far_beyond_it():
     for _ in range(12):
         observation, _, _, _, info = env.step(agent.act(observation))
     assert info["error"] < 0.8
+
+
+@pytest.mark.parametrize(("seed", "turned", "nearer"), [(0, 0.0, 0.85), (1, 0.0, 0.85), (1, 0.6, 1.0)])
+def test_who_is_followed_wrongly_is_found_again(seed, turned, nearer):
+    """A body too near, or heading elsewhere, fits the pictures by half: for good, if nobody looked again."""
+
+    def mistaken(env, slot):
+        truth = env.truth()
+        pose, centre = truth["pose"].copy(), truth["camera"].centre[:2]
+        pose[:2], pose[5] = centre + nearer * (pose[:2] - centre), pose[5] + turned
+        return Start.at(pose)
+
+    env = WalkerTracking(**{**SMALL, "size": 64, "horizon": 60, "start": "near"})
+    agent = TrackingAgent(env, n=500, start=mistaken, seed=0, keep=True)
+    observation, _ = env.reset(seed=seed)
+    agent.reset(observation)
+    errors = []
+    for _ in range(60):
+        observation, _, _, _, info = env.step(agent.act(observation))
+        errors.append(info["error"])
+    assert np.mean(errors[5:18]) > 0.15
+    assert np.mean(errors[40:]) < 0.2
+    assert len(agent.smoothed(30)[0]) == 60
 
 
 def test_goes_on_where_the_background_must_be_learned():
