@@ -70,5 +70,5 @@ def test_priors_that_move_more_than_the_arm_are_refused_for_arms(make):
     env = ArmTracking(actions="metric", size=36, horizon=5)
     agent = TrackingAgent(env, make(), 10, start=truth_start, seed=0)
     observation, _ = env.reset(seed=0)
-    with pytest.raises(MotionError, match="more than the right arm"):
+    with pytest.raises(MotionError, match="only the right arm"):
         agent.reset(observation)

@@ -210,7 +210,7 @@ class _Track:
         self.belief = self.filter.step(**observation)
         self._recent.append((observation, self.belief))
         self._steps += 1
-        if self._walks and self._steps % _AGAIN == 0:
+        if self._walks and self._steps % _AGAIN == 0 and "rgb" not in observation:  # their background is still learned
             self._review()
         return self.belief
 

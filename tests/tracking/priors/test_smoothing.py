@@ -87,7 +87,7 @@ def test_the_future_tells_where_somebody_was_who_could_not_be_seen():
         for t, pose in enumerate(walk[1:]):
             mask = render(pose, prior.skeleton, camera).limbs > 0
             tracker.step(mask=mask & (not 20 <= t < 30))
-        for beliefs in (tracker._beliefs, tracker.smoothed()):
+        for beliefs in (tracker.beliefs, tracker.smoothed()):
             joints = np.array([belief.expected_joints(prior.skeleton) for belief in beliefs[20:30]])
             errors.append(np.linalg.norm(joints - markers(walk[21:31], prior.skeleton), axis=-1).mean())
     filtered, smoothed = np.reshape(errors, (-1, 2)).T
