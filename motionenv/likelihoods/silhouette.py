@@ -51,8 +51,8 @@ from motionenv.likelihoods.base import ImageLikelihood
 from motionenv.render.raycast.engine import Raycaster
 from motionenv.types import Camera, Skeleton
 
-#: Effective number of independent pixels of a body, of 20 to 216 pixels: 90 % intervals of an average body that walkers
-#: of random height and girth don't have held best with about 8 for masks and 4 for depths, and too seldom with 32
+#: Effective number of independent pixels of a body of 20 to 216 pixels. An average body stood for walkers of random
+#: height and girth: 90 % intervals held with about 8 for masks and 4 for depths, and too seldom with 32
 #: (`benchmarks/tracking/likelihood.py`).
 EFFECTIVE = 6.0
 

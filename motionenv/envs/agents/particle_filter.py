@@ -79,7 +79,7 @@ class TrackingAgent:
             `SilhouetteLikelihood`.
         start: callable (unwrapped env, slot) that gives the first pose, such as `truth_start`; None searches pictures:
             in the first one, and better once 4, 12 and 36 have come. A walker is searched for in any case when lost,
-            and every 18 frames, in case that he was followed wrongly.
+            and every 18 frames, in case the wrong motion was followed.
         seed: int or Generator.
         threads: of the default likelihood; None is one per core. The same seed says the same with any number.
 
@@ -97,7 +97,7 @@ class TrackingAgent:
         if self._actions.points or self._actions.names == ["joints"]:
             raise MotionError("TrackingAgent follows people in pictures: use WalkerTracking or ArmTracking with some")
         if self._actions.arm and start is None:
-            raise MotionError("an arm's first pose can't be found: give start, as motionenv.envs.agents.truth_start")
+            raise MotionError("an arm's first pose can't be found: give a start like motionenv.envs.agents.truth_start")
         if self._actions.arm and prior is None:
             raise MotionError('walkers don\'t move as arms do: give prior, such as VelocityPrior(part="right_arm")')
         self._options: dict[str, Any] = {"n": n, "resample": resample, "layers": layers, "hidden": hidden}
@@ -210,7 +210,7 @@ class _Track:
         self.belief = self.filter.step(**observation)
         self._recent.append((observation, self.belief))
         self._steps += 1
-        if self._walks and self._steps % _AGAIN == 0 and "rgb" not in observation:  # their background is still learned
+        if self._walks and self._steps % _AGAIN == 0 and "rgb" not in observation:  # its background is still learned
             self._review()
         return self.belief
 
@@ -261,7 +261,7 @@ class _Track:
         tried, anew, evidence = self._tried(self.filter.likelihood, start, frames, before)
         if evidence > sum(belief.log_evidence for belief in beliefs) + _BETTER:
             self.filter, self.belief = tried, anew[-1]
-            self._recent.extend(zip(frames, anew, strict=True))
+            self._recent = deque(zip(frames, anew, strict=True), maxlen=_REVIEWED)
 
     def _first(self, model: Likelihood, frames: Sequence[dict[str, np.ndarray]]) -> Start | None:
         """A start from `frames`; None where they show less than before.

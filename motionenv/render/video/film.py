@@ -88,7 +88,7 @@ def _prepared(
 ) -> tuple[list[Camera], Draw]:
     """A camera per frame, and the function that renders poses (n, 25) from n of them."""
     if motion.poses.ndim != 2:
-        raise MotionError(f"motion must be one motion (frames, 25), got poses {motion.poses.shape}: use poses[0]")
+        raise MotionError(f"motion must be one motion (frames, 25), got poses of {motion.poses.shape}: use poses[0]")
     for name, value in (("colour", colour), ("background", background)):
         if value is not None and not (len(value) == 3 and all(0 <= c <= 1 for c in value)):
             raise MotionError(f"{name} must be (red, green, blue) from 0 to 1, got {value!r}")
