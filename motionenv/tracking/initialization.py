@@ -11,7 +11,7 @@ of hypotheses is effective, resamples them; noise that decreases from round to r
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, fields, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -86,8 +86,8 @@ class _Bank:
 
 def automatic_start(
     likelihood: ImageLikelihood, observations: Sequence[Mapping[str, Any]], *, fps: float = 30.0, n: int = 10_000,
-    candidates: int = 256, size: float = 0.0, children: float = 0.0, place: Place | None = None,
-    seed: int | np.random.Generator | None = None,
+    candidates: int = 256, model: WalkingModel | str = "walk/fpca", size: float = 0.0, children: float = 0.0,
+    place: Place | None = None, seed: int | np.random.Generator | None = None,
 ) -> Start:  # fmt: skip
     """Estimate candidates for the first pose from the first images.
 
@@ -98,6 +98,7 @@ def automatic_start(
         fps: frame rate of the observations [Hz].
         n: number of hypotheses, at least 100.
         candidates: number of poses to return, equally weighted; likelier poses are repeated.
+        model: `WalkingModel` of the hypotheses, or its name or path.
         size: standard deviation of the log of the body's size relative to the likelihood's skeleton; 0 if it is known.
         children: share of children of 6 to 17 years among people; the others' sizes are about 1, with deviation `size`.
         place: log density (n,), up to a constant, of ground positions (n, 2) [m] in the first image and sizes (n,), as
@@ -118,7 +119,7 @@ def automatic_start(
     chosen = np.unique(np.linspace(0, len(observations) - 1, _MOST_PICTURES).round().astype(int))
     pictures = [(i / fps, seen) for i, seen in enumerate(_observed(likelihood, observations)) if i in chosen]
     boxes = bounding_boxes(pictures[0][1].foreground)
-    bank = _build_bank(likelihood.skeleton, len(observations) / fps, rng)
+    bank = _build_bank(model, likelihood.skeleton, len(observations) / fps, rng)
     boxes = boxes[rng.integers(len(boxes), size=n)] + _EDGE * rng.standard_normal((n, 4))
     boxes = _whole_bodies(boxes, likelihood.camera, rng)
     walkers = _random_hypotheses(bank, likelihood, boxes, size, children, rng)
@@ -171,9 +172,11 @@ def _whole_bodies(boxes: np.ndarray, camera: Camera, rng: np.random.Generator) -
     return whole
 
 
-def _build_bank(skeleton: Skeleton, seconds: float, rng: np.random.Generator) -> _Bank:
-    """Gaits of random walkers of walk/fpca with the body of a `skeleton`, for `seconds` of images."""
-    walking = cast(WalkingModel, load("walk/fpca"))
+def _build_bank(model: WalkingModel | str, skeleton: Skeleton, seconds: float, rng: np.random.Generator) -> _Bank:
+    """Gaits of random walkers with the body of a `skeleton`, for `seconds` of images."""
+    walking = load(model) if isinstance(model, str) else model
+    if not isinstance(walking, WalkingModel):
+        raise MotionError(f"model must be a WalkingModel such as walk/fpca, got {type(walking).__name__}")
     strides = walking.sample(_GAITS, seed=rng)
     walks = walking.walks(
         _PACES[1] * seconds + _SPARE, _BANK_FPS, n=_GAITS, stride=strides, seed=rng, variation=0.0,

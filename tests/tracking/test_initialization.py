@@ -9,6 +9,7 @@ from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.models.paths import WalkPath
 from motionenv.models.people import draw_person
+from motionenv.models.registry import load
 from motionenv.models.synthesis import synthesize
 from motionenv.render import render
 from motionenv.render.cameras import look_at, view
@@ -197,6 +198,7 @@ def test_the_box_leaves_specks_out_and_keeps_what_an_occluder_parts():
         ({"n": 10}, "whole number from 100"),
         ({"candidates": 0}, "candidates"),
         ({"fps": -1}, "fps"),
+        ({"model": load("walk/prior")}, "WalkingModel"),
     ],
 )
 def test_what_can_not_be_is_refused(change, says):
