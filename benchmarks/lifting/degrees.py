@@ -4,10 +4,10 @@
 
 People of laboratories in no training data: two with Plug-in Gait's own angles and events in the file, and seven of whom
 `motionenv.gait` computes them from the capture's markers; on these, pelvic tilt and a few settings were chosen. With
-`--network`, one trained without six of CMU's subjects (see `free_walking.left_out`), these walk. One camera sees
-points at 30 Hz, exactly or with the published errors of detectors; lifting is told nothing but by how much the camera
-looks down, and the person's height. The hips' truth is relative to a pelvis whose tilt no point shows: without
-the mean error, it doesn't count.
+`--network`, one trained without six of CMU's subjects (see `free_walking.left_out`), straight walks of theirs make a
+second table, with angles of their corrected skeletons. One camera sees points at 30 Hz, exactly or with the published
+errors of detectors; lifting is told nothing but by how much the camera looks down, and the person's height. The hips'
+truth is relative to a pelvis whose tilt no point shows: without the mean error, it doesn't count.
 
 Errors are root mean squares in degrees, a mean over people; in brackets with each walk's mean error removed, the share
 of angles inside their 90 % bands, and, where that isn't all, of how many films the angle is told. Contacts are the mean
@@ -153,17 +153,22 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=32, quick=8, help="from the posterior, for bands")
     asked = parser.parse_args()
     peer = has("myogait")
-    if asked.network is None:
-        network, walks = None, laboratory.in_no_fit(asked.mocap, 1 if asked.quick else None)
-    else:
-        network, walks = left_out.network(asked.network), laboratory.cmu(asked.mocap, left_out.LEFT_OUT)
+    network, groups = None, [laboratory.in_no_fit(asked.mocap, 1 if asked.quick else None)]
+    if asked.network is not None:
+        network = left_out.network(asked.network)
+        groups.append(laboratory.cmu(asked.mocap, left_out.LEFT_OUT))
     views = ("side", "hand-held") if asked.quick else tuple(VIEWS)
-    print(f"{len(walks)} walks of {len({one.person for one in walks})} people\n")
+    for walks in groups:
+        _table(walks, views, network, peer, asked.draws)
+
+
+def _table(walks: list[Walk], views: tuple[str, ...], network, peer: bool, draws: int) -> None:
+    print(f"\n{len(walks)} walks of {len({one.person for one in walks})} people\n")
     print(
         "| points | view | by | hip | knee | ankle | pelvis obliquity | pelvis rotation | trunk lean | contacts [ms] "
         "| speed [m/s] | step length [m] | cadence [1/min] |\n|" + "-|" * 13
     )
-    for name, view, method, row in measured(walks, views, network, peer, asked.draws):
+    for name, view, method, row in measured(walks, views, network, peer, draws):
         print(f"| {name} | {view} | {method} | {row.line()} |", flush=True)
         if (name, view, method) == (POINTS[1], "side", "lift"):
             headline(hip=row.cells()["hip_flexion"][0], knee=row.cells()["knee_flexion"][0])

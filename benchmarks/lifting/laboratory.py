@@ -75,6 +75,13 @@ class Walk:
         pelvis = self.positions[:, _M["pelvis"], :2]
         return float(np.arctan2(*(pelvis[-1] - pelvis[0])[::-1]))
 
+    @property
+    def straight(self) -> bool:
+        """Whether the end is as far from the beginning as somebody goes, to a tenth."""
+        pelvis = self.positions[:, _M["pelvis"], :2]
+        gone = np.linalg.norm(np.diff(pelvis, axis=0), axis=1).sum()
+        return bool(np.linalg.norm(pelvis[-1] - pelvis[0]) > 0.9 * gone)
+
 
 def in_no_fit(mocap: Path, most: int | None = None) -> list[Walk]:
     """Walks of people in no fit, at most so many."""
@@ -84,9 +91,9 @@ def in_no_fit(mocap: Path, most: int | None = None) -> list[Walk]:
 
 
 def cmu(mocap: Path, subjects: tuple[str, ...]) -> list[Walk]:
-    """Straight walks of CMU's subjects, with the angles of their corrected skeletons."""
+    """Straight walks of CMU's subjects, with the angles of their corrected skeletons; not of who turns back."""
     paths = [p for s in subjects for p in sorted((mocap / "cmu_asfamc" / s).glob("*.amc"))]
-    return [walk(path, path.stem[:2], "CMU") for path in paths]
+    return [one for path in paths if (one := walk(path, path.stem[:2], "CMU")).straight]
 
 
 def walk(path: Path, person: str, group: str) -> Walk:
