@@ -249,6 +249,7 @@ def _parsed_elevation(text: str) -> float | None:
 
 def _report(lifted) -> list[str]:
     """Summary of the result."""
+    from motionenv.lifting.gait import doubts_about
     from motionenv.metrics import pelvis_mpjpe
 
     lines = _motion(lifted)
@@ -262,10 +263,10 @@ def _report(lifted) -> list[str]:
             f"warning: this is unlike the people learned from (misfit {lifted.misfit:.1f}), so uncertainties don't "
             "hold: check that it shows somebody who walks or runs, and the camera if you gave one"
         )
+    lines += [f"warning: {doubt}" for doubt in doubts_about(lifted)]
     if lifted.swapped.any():
-        lines.append(
-            f"left and right were swapped in {int(lifted.swapped.any(axis=1).sum())} frames, which was corrected"
-        )
+        swapped = int(lifted.swapped.any(axis=1).sum())
+        lines.append(f"left and right were swapped in {swapped} frames, which was corrected")
     if lifted.points.truth is not None:
         errors = 1000 * pelvis_mpjpe(lifted.positions, lifted.points.truth.positions)
         if (known := np.isfinite(errors)).any():

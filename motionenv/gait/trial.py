@@ -20,6 +20,9 @@ from motionenv.types import Markers, Motion
 
 _QUICKEST = 0.38  # [s] stride of a sprinter, at five steps a second
 _HASTE = 0.65  # [s/√m] stride of who walks in haste, over the square root of the leg's length
+#: [s/√m] the same of slow people, and least product with the stride's length, in legs, which theirs doesn't reach; and
+#: the same of hurried people, with products between which theirs isn't (`motionenv bench lifting.wrong_input`).
+_SLOW, _LONG, _HURRY, _SHORT = 2.0, 3.0, 0.8, (0.7, 1.35)
 _SMALL, _LEISURE = 0.45, 1.6  # [m] legs of toddlers, who step quickly, and [s/√m] a stride that they never take
 _RUNS = 5.0  # [m/s²] least squared speed over the leg's length at which people run
 _MIXED = 0.25  # share of the frames that point against the way, in runners too
@@ -138,16 +141,19 @@ def analyse(
 
 
 def doubts_of(feet: Feet, strides: tuple[Stride, ...]) -> Iterator[str]:
-    """Doubts about `strides` of `feet` too quick for such legs, or for a sprinter, and who turns to walk backwards."""
+    """Doubts about `strides` of `feet` too quick or slow for such legs, or a sprinter's, and who turns backwards."""
     if not strides:
         return
     seconds, speed = (middle(np.array([getattr(s, of) for s in strides])) for of in ("seconds", "speed"))
     feet_at = [path[:, 2] for side in feet.sides for path in (feet.heel[side], feet.toe[side])]
     leg = middle(feet.pelvis[:, 2] - np.fmin.reduce(feet_at))
     runs = _runs(strides) and speed**2 > _RUNS * leg
-    quick = seconds < _QUICKEST or (not runs and seconds < _HASTE * np.sqrt(leg))
-    if quick or (leg < _SMALL and seconds > _LEISURE * np.sqrt(leg)):
-        than, check = ("quicker", "frame rate, fps= (--fps)") if quick else ("slower", "unit of length, unit= (--unit)")
+    time, pace = seconds / np.sqrt(leg), speed * seconds**2 / leg**1.5
+    hasty = time < _HASTE or (time < _HURRY and _SHORT[0] < pace < _SHORT[1])
+    quick, slow = seconds < _QUICKEST or (hasty and not runs), time > _SLOW and pace > _LONG
+    if quick or slow or (leg < _SMALL and time > _LEISURE):
+        than = "quicker" if quick else "slower, for their length," if slow else "slower"
+        check = "frame rate, fps= (--fps)" if quick or slow else "unit of length, unit= (--unit)"
         what = f"strides of {seconds:.2f} s at {speed:.1f} m/s are {than} than people's with legs of {leg:.2f} m"
         yield f"{what}: check the {check}"
     if _MIXED < (share := backward_share(feet)) < 1 - _MIXED:

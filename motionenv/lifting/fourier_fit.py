@@ -197,17 +197,12 @@ class _Normal:
         )
         into, alone = inner[..., : n - _PARTS], inner[..., n - _PARTS :]
         schur = (matrix[:, _PARTS:, _PARTS:] - matrix[:, _PARTS:, :_PARTS] @ into).sum(axis=0)
-        path = np.linalg.lstsq(
-            schur, (right[:, _PARTS:] - matrix[:, _PARTS:, :_PARTS] @ alone).sum(axis=0), rcond=None
-        )[0]
+        left = (right[:, _PARTS:] - matrix[:, _PARTS:, :_PARTS] @ alone).sum(axis=0)
+        path = np.linalg.lstsq(schur, left, rcond=None)[0]
         found = np.full((len(MARKERS), _PARTS, 2), np.nan)
         found[some] = alone - into @ path
-        square = (self.weights[..., None] * self.y**2).sum()
-        return (
-            found,
-            path,
-            square - (found[some] * right[:, :_PARTS]).sum() - (path * right[:, _PARTS:].sum(axis=0)).sum(),
-        )
+        square = (self.weights[..., None] * self.y**2).sum() - (path * right[:, _PARTS:].sum(axis=0)).sum()
+        return found, path, square - (found[some] * right[:, :_PARTS]).sum()
 
     def residuals(self, frequency: float) -> np.ndarray:
         """Residuals (frames, 15, 2); NaN for markers without a series."""
@@ -243,6 +238,5 @@ class _Normal:
 def _mean(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Weighted mean over frames (15, 2) of values (frames, 15, 2); 0 where all weights are 0."""
     total = weights.sum(axis=0)[:, None]
-    return np.where(weights[..., None] > 0, weights[..., None] * values, 0.0).sum(axis=0) / np.where(
-        total > 0, total, 1
-    )
+    sums = np.where(weights[..., None] > 0, weights[..., None] * values, 0.0).sum(axis=0)
+    return sums / np.where(total > 0, total, 1)

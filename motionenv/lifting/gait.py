@@ -60,6 +60,9 @@ _HIPS = (
     "no point shows how far the pelvis tilts forward: hips are measured from a pelvis that tilts by 7 ± 5°, as people "
     "usually do"
 )
+_SHAPE = (
+    "people look as if their picture had been made {}: check its shape, of points relative to it that of size= (--size)"
+)
 _FEWEST = 8  # draws
 _FINE = 100.0  # [Hz] at least, to which paths are interpolated: contacts are then as exact as at that rate
 #: [s] by which a heel, or an ankle, lands after it is furthest ahead of the pelvis, of five people of laboratories in
@@ -391,6 +394,13 @@ def _scale(lifted: Lifted) -> str:
     return f"Neither the person's height nor the camera's pose is known: sizes are those of an average adult, {sure}."
 
 
+def doubts_about(lifted: Lifted, walk: _Walk | None = None) -> list[str]:
+    """What makes the picture's shape or, if plausible, the frame rate or steps of what was `lifted` doubtful."""
+    walk = walk or _analysed(lifted.positions, lifted.feet, lifted.points.fps)
+    shape = [_SHAPE.format("wider" if lifted.free.shape > 0 else "narrower")] if lifted.free.shape else []
+    return [*shape, *(doubts_of(walk.feet, walk.strides) if lifted.plausible else ())]
+
+
 def _warnings(lifted: Lifted, estimate: _Walk) -> tuple[str, ...]:
     """What else is wrong with the figures."""
     other = lifted.free.other
@@ -402,6 +412,6 @@ def _warnings(lifted: Lifted, estimate: _Walk) -> tuple[str, ...]:
         FROM_AFAR: lifted.points.unit == "m",
         f"left and right were exchanged in {swapped} frames, which was corrected": swapped > 0,
     }  # fmt: skip
-    of_feet = [*doubts_of(estimate.feet, estimate.strides), *notes_of(estimate.feet, estimate.strides)]
-    notes = [*(text for text, holds in said.items() if holds), *of_feet, _HIPS]
+    of_feet = notes_of(estimate.feet, estimate.strides)
+    notes = [*(text for text, holds in said.items() if holds), *doubts_about(lifted, estimate), *of_feet, _HIPS]
     return tuple(f"{note[0].upper()}{note[1:]}." for note in notes)

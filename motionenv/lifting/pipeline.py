@@ -217,14 +217,10 @@ def _fitted_from_afar(points: Points, elevation: float | None, tell: Callable[[f
                 feet=None if points.feet is None else (points.feet - middle) * grow,
             ),
             inner, elevation=elevation, distance=distance,
-            on_progress=partial(_tell, tell, round_),
+            on_progress=partial(lambda before, share: tell((before + share) / _ROUNDS), round_),
         )  # fmt: skip
         way = _way_of(free.positions, points.fps)
     return replace(free, focal_deviation=_WAYS)
-
-
-def _tell(tell: Callable[[float], None], round_: int, share: float) -> None:
-    tell((round_ + share) / _ROUNDS)
 
 
 def _way_of(positions: np.ndarray, fps: float) -> np.ndarray:

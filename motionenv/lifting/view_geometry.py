@@ -78,10 +78,8 @@ def project_markers(
         turned = replace(turned, positions=turned.positions @ axes(alpha)[[0, 2, 1]].T)
     else:
         seen, unit = cameras.project(turned.positions, camera)[0], "px"
-        inside = np.all(
-            (seen >= -0.5) & (seen <= np.array([camera.width, camera.height]) - 0.5), axis=-1, keepdims=True
-        )
-        seen = np.where(inside, seen, np.nan)
+        inside = (seen >= -0.5) & (seen <= np.array([camera.width, camera.height]) - 0.5)
+        seen = np.where(inside.all(axis=-1, keepdims=True), seen, np.nan)
     return Points(seen, markers.fps, unit, truth=turned, name=markers.name)
 
 

@@ -172,6 +172,16 @@ def test_a_frame_rate_that_makes_people_too_quick_is_doubted_and_can_be_given(mo
     assert np.median([stride.seconds for stride in mended.strides]) == pytest.approx(seconds, abs=0.02)
 
 
+def test_slow_motion_is_doubted_and_slow_people_are_not(mocap):
+    """Half the frame rate: strides of 2.4 s that are as long as those of 1.2 s. Slow people's are shorter."""
+    walk = read(mocap / f"{PIG}PiG_Motion-FlatFoot-Full.c3d")
+    (doubt,) = analyse(leg_of(walk, walk.fps / 2)).doubts
+    assert "slower, for their length, than people's" in doubt
+    assert "frame rate" in doubt
+    slow = read_trial(mocap / "btkdata/C3DSamples/c3d.org/sample01/Eb015pi.c3d")  # strides of 2.5 s
+    assert "slower" not in " ".join(slow.doubts)
+
+
 def test_toddlers_legs_do_not_step_as_slowly_as_adults(mocap):
     """Inches called centimetres. A toddler of that size swings legs as a pendulum of their length does."""
     walk = read(mocap / f"{PIG}PiG_Motion-FlatFoot-Full.c3d")

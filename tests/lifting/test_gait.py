@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 
 from motionenv.body import markers
+from motionenv.cli.lifting import _report
 from motionenv.errors import GapError, MotionError
 from motionenv.gait import Stride, analyse
 from motionenv.lifting import gait_of, lift, project_markers
 from motionenv.lifting.free import lifter
-from motionenv.lifting.gait import NAMES, LiftedGait, _analysed, _parameters, _Walk
+from motionenv.lifting.gait import NAMES, LiftedGait, _analysed, _parameters, _Walk, doubts_about
 from motionenv.lifting.pipeline import motion_of
 from motionenv.lifting.report import gait_figures, gait_page, write_angles, write_gait
 from motionenv.lifting.saving import write_lifted
-from motionenv.mocap import read
+from motionenv.mocap import read, to_markers
 from motionenv.mocap.clinical import clinical_angles
 from motionenv.models.synthesis import synthesize
 from motionenv.render.cameras import fit_view
@@ -249,3 +250,24 @@ def test_files_hold_all_that_is_known(side, tmp_path):
     assert float(rows[3]["left_knee_band_y_m"]) == lifted.band[3, M["left_knee"], 1]
     assert float(rows[3]["head_confidence"]) == lifted.confidence[3, 0]
     assert {row["unlike"] for row in rows} == {"0.0"}
+
+
+@pytest.mark.parametrize(("ratio", "says"), [(1.0, None), (9 / 16, "made narrower"), (16 / 9, "made wider")])
+@pytest.mark.parametrize("trial", ["07/07_01", "16/16_15"])
+def test_a_picture_that_was_made_wider_or_narrower_is_doubted(mocap, trial, ratio, says):
+    """As points relative to width and height are, or 4:3 shown as 16:9 but more; captured people, obliquely."""
+    walk = to_markers(read(mocap / f"cmu_asfamc/{trial}.amc", fps=120)).positions[::4]
+    seen_ = fit_view(walk, 0.6, elevation=0.1).project(walk)[0] * [ratio, 1]
+    lifted = lift(Points(seen_, FPS, "px"), elevation=0.1)
+    doubts = doubts_about(lifted)
+    assert doubts == [] if says is None else says in doubts[0]
+    assert [line for line in _report(lifted) if "picture" in line] == [f"warning: {doubt}" for doubt in doubts]
+
+
+@pytest.mark.parametrize(("rate", "says"), [(FPS, ""), (2 * FPS, "quicker"), (FPS / 2, "slower, for their length,")])
+def test_half_and_twice_the_frame_rate_are_doubted(mocap, rate, says):
+    walk = to_markers(read(mocap / "cmu_asfamc/07/07_01.amc", fps=120)).positions[::4]
+    walk = lift(Points(fit_view(walk, 0.3).project(walk)[0], rate, "px"), height=1.75)
+    told = " ".join(gait_of(walk, draws=8).warnings)
+    assert says in told
+    assert bool(says) == ("check the frame rate" in told)

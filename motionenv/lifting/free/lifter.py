@@ -49,6 +49,10 @@ _ELEVATIONS = np.radians(np.arange(-20, 61, 5))
 _EVIDENCE, _EXCHANGED = 40.0, 0.01
 _SURER = 0.05  # by how much less certain of a mirror image the network may be if that is to be fitted, in logarithms
 _LIKELY = 0.01  # least probability that is told
+#: A picture was made wider if the network is by so much surer of points that are as much narrower, and narrower if it
+#: is hardly less sure of wider ones; in either case as sure as of walkers. In logarithms
+#: (`motionenv bench lifting.wrong_input`).
+_MADE_WIDER, _MADE_NARROWER, _SURE = (9 / 16, 0.1), (1.5, -0.04), -2.8
 _LOOKED = 128  # frames by which an unknown elevation, or a mirror image, is judged
 _FOOT_DETECTED = 0.012  # [m] deviation of a detector's heels and toes, as of its ankles (Needham et al. 2021)
 _DETECTED = 0.025  # [m] by which a detector's joints are elsewhere for as long as a sequence lasts
@@ -94,6 +98,7 @@ class FreeFit(OneLine):
         height: [m] the person's given stature; None if it wasn't.
         foot_rays: towards heels and toes; None if the points don't show them.
         bias: [m] by which a detector's joints are elsewhere for as long as the sequence lasts, as part of `deviations`.
+        shape: 1 if people look as if their picture had been made wider, -1 if narrower, else 0.
     """
 
     positions: np.ndarray
@@ -113,6 +118,7 @@ class FreeFit(OneLine):
     height: float | None = None
     foot_rays: FootRays | None = None
     bias: float = 0.0
+    shape: int = 0
     _stretches: tuple[tuple[Fit, slice], ...] = ()
 
     def draws(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray | None]:
@@ -222,7 +228,9 @@ def fit_freely(
     with _libraries().limit(limits=1, user_api="blas"):  # threads would only wait for each other over small matrices
         if elevation is None and (camera is None or isinstance(camera, np.ndarray)):
             elevation = _elevation(network, points, camera, distortion)
-        return _fit(network, points, camera, distortion, elevation or 0.0, height, distance, settings, on_progress)
+        fit = _fit(network, points, camera, distortion, elevation or 0.0, height, distance, settings, on_progress)
+        labelled = swapped_back(points, fit.swapped)
+        return replace(fit, shape=picture_shape(network, labelled, camera, distortion, elevation or 0.0))
 
 
 @cache
@@ -248,21 +256,15 @@ def _fit(
         )  # fmt: skip
         return replace(fit, swapped=fit.swapped ^ start)
 
-    fits = [
-        attempt(start, tell=partial(_tell, on_progress, number / len(starts), 1 / len(starts)))
-        for number, start in enumerate(starts)
-    ]
+    tell = on_progress or (lambda share: None)
+    fits = [attempt(start, tell=lambda share, before=number: tell((before + share) / len(starts)))
+            for number, start in enumerate(starts)]  # fmt: skip
     best = min(fits, key=lambda fit: fit.misfit)
     if doubt(swapped_back(points, ~best.swapped)) > doubt(swapped_back(points, best.swapped)) + _SURER:
         return best
     mirrored = attempt(~best.swapped, swaps=False)
     probability = float(expit(_EVIDENCE * np.log(best.misfit / mirrored.misfit) + logit(_EXCHANGED)))
     return replace(best, other=OtherMotion(mirrored.positions, probability)) if probability >= _LIKELY else best
-
-
-def _tell(on_progress: Callable[[float], None] | None, before: float, part: float, share: float) -> None:
-    if on_progress is not None:
-        on_progress(before + part * share)
 
 
 def fit_labelled(
@@ -322,6 +324,17 @@ def _doubt(network: PostureNetwork, points: Points, camera, distortion, elevatio
     stride = max(1, round(points.fps / RATE))
     shown = directions[_sections(directions, points)[0]][: _LOOKED * stride : stride]
     return float(np.log(propose(network, shown, points.fps / stride).spread).mean())
+
+
+def picture_shape(network: PostureNetwork, points: Points, camera, distortion, elevation: float) -> int:
+    """`FreeFit.shape`, by the network's doubt of `points` and of wider and narrower ones; 0 of less than a second."""
+    doubt = partial(_doubt, network, camera=camera, distortion=distortion, elevation=elevation)
+    middle, given = np.nanmean(points.positions, axis=(0, 1)) * [1, 0], doubt(points)
+    for shape, (ratio, least) in ((1, _MADE_WIDER), (-1, _MADE_NARROWER)):
+        other = doubt(replace(points, positions=middle + (points.positions - middle) * [ratio, 1]))
+        if other < min(given - least, _SURE) and len(points.positions) >= points.fps:
+            return shape
+    return 0
 
 
 def _sections(directions: np.ndarray, points: Points) -> list[slice]:
