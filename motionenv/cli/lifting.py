@@ -9,9 +9,9 @@ import typer
 
 from motionenv._core.files import atomic_write
 from motionenv._core.representation import counted
+from motionenv._core.validation import checked_fps
 from motionenv.cli._shared import (
     Detector,
-    Fps,
     Unit,
     Weights,
     check_folder,
@@ -55,7 +55,9 @@ def lift(
     up: Annotated[bool, typer.Option("--up", help="Pixels are counted upwards.")] = False,
     detector: Detector = "blazepose",
     weights: Weights = None,
-    fps: Fps = None,
+    fps: Annotated[
+        float | None, typer.Option(help="Frame rate of points, or at which a film in slow motion was taken.")
+    ] = None,
     unit: Unit = None,
 ) -> None:
     """Lift people who walk, turn or run from the 2D points of one camera to 3D.
@@ -79,8 +81,8 @@ def lift(
         raise MotionError(f"--weights is for films, in which people are detected; {points.name} has points: omit it")
     known = _camera(camera, which)
     if points.suffix.lower() in _FILMS:
-        others = {"project": project, "fps": fps, "unit": unit, **of_detector, "person": None}
-        loaded, known = _of_film(points, (detector, weights), of_detector["person"], others, known)
+        others = {"project": project, "unit": unit, **of_detector, "person": None}
+        loaded, known = _of_film(points, (detector, weights), of_detector["person"], fps, others, known)
     else:
         loaded = _read(points, project, elevation, fps, unit, of_detector)
     with err.status("lifting") as status:
@@ -166,18 +168,22 @@ def _checked_up(up: bool, size, camera) -> bool | None:
     return up or None
 
 
-def _of_film(film: Path, how: tuple[str, Path | None], person, others: dict, known: dict) -> tuple[Points, dict]:
+def _of_film(
+    film: Path, how: tuple[str, Path | None], person, taken: float | None, others: dict, known: dict
+) -> tuple[Points, dict]:
     """Points of a person detected in a film, as a camera that stands still would see them, and what is known of that.
 
-    Refuses `others`, options of files of points.
+    `taken` is the rate of a film in slow motion. Refuses `others`, options of files of points.
     """
     from motionenv.mocap.keypoints.people import chosen
     from motionenv.mocap.keypoints.points2d import points_of
 
     if given := [name for name, value in others.items() if value is not None]:
         raise MotionError(f"--{given[0]} is only for files of points; {film.name} is a film: omit it")
+    taken = taken if taken is None else checked_fps(taken)
     tracks, frames, fps = detected(film, *how)
-    return _steadied(film, tracks, points_of(film, [chosen(film, tracks, person)], frames, fps)[0], known)
+    points = points_of(film, [chosen(film, tracks, person)], frames, taken or fps)[0]
+    return _steadied(film, tracks, points, known)
 
 
 def _steadied(film: Path, tracks: list, points: Points, known: dict) -> tuple[Points, dict]:

@@ -171,7 +171,8 @@ def test_a_film_is_detected_and_what_it_lacks_is_told(run, tmp_path, monkeypatch
     (tmp_path / "pose_landmark_full.tflite").write_bytes(b"")
     for args, says in (
         (("film.mp4", "--weights", "."), "is missing: pip install 'motionenv[detect]'"),
-        (("film.mp4", "--fps", "30"), "--fps is only for files of points; film.mp4 is a film: omit it"),
+        (("film.mp4", "--unit", "mm"), "--unit is only for files of points; film.mp4 is a film: omit it"),
+        (("film.mp4", "--fps", "0"), "fps must be"),
         (("film.mp4", "--person", "0;3"), "--person must be a number, or those of the parts of one person"),
         (("points.csv", "--weights", "a.task"), "--weights is for films"),
         (("none.mp4",), "there is no such file"),
@@ -286,19 +287,20 @@ def test_arrays_and_tables_of_other_programs(run, turning, tmp_path):
 
 @pytest.mark.slow
 def test_a_film_goes_from_pixels_to_a_lifted_walk(run, tmp_path, blazepose):
-    """A rendered walker, whom the camera sees obliquely: what is lifted from the film is near the truth."""
+    """A rendered walker in slow motion, whom the camera sees obliquely: what is lifted is near the truth."""
     made = synthesize("walk/fpca", seconds=2.0, fps=25, seed=22, height=1.75)
     poses = made.poses - np.eye(25)[0] * made.poses[:, :1].mean()
     camera = view(0.6, width=640, height=480, distance=5)
     film = (render(pose, made.skeleton, camera).rgb for pose in poses)
-    write_video(tmp_path / "film.mp4", film, 25)
+    write_video(tmp_path / "film.mp4", film, 12.5)
     told = {name: getattr(camera, name).tolist() for name in "KRt"} | {"width": camera.width, "height": camera.height}
     (tmp_path / "camera.json").write_text(json.dumps(told))
-    args = ("--weights", blazepose, "--camera", "camera.json", "--out", "walk.npz")
+    args = ("--weights", blazepose, "--camera", "camera.json", "--fps", "25", "--out", "walk.npz")
     result = run("lift", "film.mp4", *args)
     assert result.code == 0, result.err
-    assert "film.mp4: 50 frames at 25 fps; blazepose found 1 people, 0: in 50 frames from 0" in result.err
+    assert "film.mp4: 50 frames at 12.5 fps; blazepose found 1 people, 0: in 50 frames from 0" in result.err
     found = motionenv.read(tmp_path / "walk.npz")
+    assert found.fps == 25
     true, got = markers(poses, made.skeleton), markers(found.poses, found.skeleton)
     off = np.linalg.norm(got - got[:, 2:3] - true + true[:, 2:3], axis=-1)
     assert np.nanmean(off) < 0.09

@@ -29,8 +29,8 @@ def video_info(path: str | Path) -> VideoInfo:
     Raises:
         FormatError: not a video, or nothing in it can be decoded.
     """
-    for picture, fps in _decoded(Path(path)):
-        height, width = _upright_size(picture)
+    for picture, fps, ratio in _decoded(Path(path)):
+        height, width = _upright_size(picture, ratio)
         return VideoInfo(width, height, fps)
     raise FormatError(path, "holds no picture")
 
@@ -38,7 +38,7 @@ def video_info(path: str | Path) -> VideoInfo:
 def read_frames(
     path: str | Path, *, fps: float | None = None, width: int | None = None, seconds: float = 60.0
 ) -> Iterator:
-    """Frames of a video, uint8 (height, width, 3), one at a time.
+    """Frames of a video, uint8 (height, width, 3), one at a time, upright and with square pixels.
 
     Args:
         path: the file.
@@ -72,7 +72,7 @@ class Film:
 
 def narrowed(picture: np.ndarray, width: int) -> np.ndarray:
     """An image, uint8 (height, width, 3), scaled to another width [pixels] like the frames of `read_frames`."""
-    return _rgb(av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24"), width)
+    return _rgb(av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24"), width, 1.0)
 
 
 def rows_at(columns: int, height: int, width: int) -> int:
@@ -83,8 +83,8 @@ def rows_at(columns: int, height: int, width: int) -> int:
 def _read(path: Path, fps: float | None, width: int | None, seconds: float) -> Iterator:
     began: float | None = None
     last: tuple[float, av.VideoFrame] | None = None
-    count, rate, shape = 0, 1.0, None
-    for number, (picture, rate) in enumerate(_decoded(path)):
+    count, rate, ratio, shape = 0, 1.0, 1.0, None
+    for number, (picture, rate, ratio) in enumerate(_decoded(path)):
         time = number / rate if picture.time is None else picture.time
         began = time if began is None else began
         after = time - began
@@ -96,21 +96,21 @@ def _read(path: Path, fps: float | None, width: int | None, seconds: float) -> I
                 path, f"changes size from {shape} to {(picture.width, picture.height)}", f"frame {number}"
             )
         if fps is None:
-            yield _rgb(picture, width)
+            yield _rgb(picture, width, ratio)
             continue
         while last is not None and count / fps <= (last[0] + after) / 2:  # nearer to the previous frame
-            yield _rgb(last[1], width)
+            yield _rgb(last[1], width, ratio)
             count += 1
         last = (after, picture)
     while last is not None and fps is not None and count / fps < last[0] + 0.5 / rate:
-        yield _rgb(last[1], width)
+        yield _rgb(last[1], width, ratio)
         count += 1
     if began is None:
         raise FormatError(path, "holds no picture")
 
 
-def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float]]:
-    """Frames and the file's mean rate."""
+def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float, float]]:
+    """Frames, the file's mean rate, and how much wider than high its pixels are."""
     if not path.is_file():
         raise FormatError(path, "can't be read: there is no such file")
     number = 0
@@ -123,10 +123,11 @@ def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float]]:
             fps = float(stream.average_rate or stream.guessed_rate or 0)
             if not fps > 0:
                 raise FormatError(path, "doesn't specify a frame rate")
+            ratio = float(stream.sample_aspect_ratio or 1)
             for picture in container.decode(stream):
                 if not 0 < picture.width * picture.height <= _MOST_PIXELS:
                     raise FormatError(path, f"has frames of {picture.width} x {picture.height}")
-                yield picture, fps
+                yield picture, fps, ratio
                 number += 1
             if number < _WHOLE * stream.frames:
                 raise FormatError(path, f"is truncated: it should have {stream.frames} frames", f"after {number}")
@@ -135,15 +136,15 @@ def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float]]:
         raise FormatError(path, f"isn't a video, or is damaged ({what})", f"after {number} frames") from error
 
 
-def _upright_size(picture: av.VideoFrame) -> tuple[int, int]:
-    """Height and width of the frame after rotation to upright."""
-    sideways = picture.rotation % 180 == 90
-    return (picture.width, picture.height) if sideways else (picture.height, picture.width)
+def _upright_size(picture: av.VideoFrame, ratio: float) -> tuple[int, int]:
+    """Height and width of the frame after rotation to upright, in square pixels."""
+    height, width = picture.height, round(picture.width * ratio)
+    return (width, height) if picture.rotation % 180 == 90 else (height, width)
 
 
-def _rgb(picture: av.VideoFrame, width: int | None) -> np.ndarray:
+def _rgb(picture: av.VideoFrame, width: int | None, ratio: float) -> np.ndarray:
     """The frame as uint8 (height, width, 3), upright and scaled to `width`."""
-    height, full = _upright_size(picture)
+    height, full = _upright_size(picture, ratio)
     columns = full if width is None else int(width)
     rows = rows_at(columns, height, full)
     turns = picture.rotation // 90

@@ -6,6 +6,7 @@ import resource
 import subprocess
 import sys
 import textwrap
+from fractions import Fraction
 from pathlib import Path
 
 import av
@@ -355,3 +356,18 @@ def test_films_that_are_none(steps, tmp_path):
     for wrong in ({"fps": 0}, {"width": 3}, {"seconds": 0}):
         with pytest.raises(MotionError, match=next(iter(wrong))):
             read_frames(steps, **wrong)
+
+
+def test_pixels_that_are_not_square_are_made_so(tmp_path):
+    """PAL's 720 × 576 for a television of 4:3 has pixels of 16:15, and 768 × 576 square ones."""
+    with av.open(str(tmp_path / "pal.mp4"), "w") as output:
+        stream = output.add_stream("mpeg4", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 720, 576, "yuv420p"
+        stream.codec_context.sample_aspect_ratio = Fraction(16, 15)
+        picture = av.VideoFrame.from_ndarray(np.full((576, 720, 3), 90, dtype=np.uint8), format="rgb24")
+        output.mux(stream.encode(picture))
+        output.mux(stream.encode(None))
+    info = video_info(tmp_path / "pal.mp4")
+    assert (info.width, info.height) == (768, 576)
+    assert next(iter(read_frames(tmp_path / "pal.mp4"))).shape == (576, 768, 3)
+    assert next(iter(read_frames(tmp_path / "pal.mp4", width=384))).shape == (288, 384, 3)
