@@ -1,6 +1,6 @@
 """Particle filters: the posterior p(φ_t | J_1 ... J_t) of paper A (eqs. 6, 7) and paper C (eq. 1) as weighted poses."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, cast
@@ -18,7 +18,7 @@ from motionenv.types import Camera, Skeleton
 
 _BISECTIONS = 30
 _COOLING = 0.5  # ratio of the noise of successive annealing layers (Deutscher & Reid 2005, section 3.3)
-_WIDER, _PATIENCE = 0.25, 0.5  # [s] time lost before noise is increased, and before a restart is requested
+_WIDER = 0.25  # [s] time lost before noise is increased
 _WIDENING = (0.3, 0.6, 1.0)  # fractions of the process noise that are added when no particle can be scored
 _ALIKE = 0.01  # relative tolerance for equal body heights
 _NEGLIGIBLE = 30.0  # particles with a log weight this far below the highest are ignored
@@ -40,7 +40,7 @@ class Belief:
             could be scored. Annealing doesn't change it: it is that of the predicted particles.
         lost: whether the person is more probably occluded than visible, or no particle could be scored; the posterior
             is then close to the prediction.
-        recovered: whether the filter was restarted at this frame.
+        recovered: whether the filter was started anew at this frame.
     """
 
     state: State
@@ -108,11 +108,11 @@ class ParticleFilter:
     prediction unchanged, and a body that explains no more than nobody, such as one out of the picture, isn't seen.
 
     **Lost track.** A frame that is more probably occluded than seen counts as lost. After a quarter of a second, noise
-    is increased; after half a second, `restart` is called. If no particle can be scored (NaN or minus infinity), noise
-    is increased at once and the frame is scored again; if that fails, the posterior is the prediction.
+    is increased; who knows where the person is calls `start` again. If no particle can be scored (NaN or minus
+    infinity), noise is increased at once and the frame is scored again; if that fails, the posterior is the prediction.
 
     **Adaptation.** The likelihood's `learn` receives the weighted particles of each frame (to update colours of limbs
-    or the background), except in frames that are lost or restarted.
+    or the background), except in frames that are lost or started anew.
 
     Args:
         prior: motion prior.
@@ -122,7 +122,6 @@ class ParticleFilter:
         layers: number of annealing layers; 1 disables annealing.
         hidden: prior probability that the person is occluded in a frame; 0 disables the occlusion model.
         keep: whether the beliefs of all frames are kept for `smoothed`: 0.5 MB for each frame and 1,000 particles.
-        restart: called with an observation when the track is lost; returns a new start, or None to continue.
         seed: int or Generator; the result doesn't depend on the number of threads.
 
     **Body size.** If the prior has a `size` above 0 (see `FPCAPrior`), each particle has a size of its own, relative to
@@ -136,9 +135,7 @@ class ParticleFilter:
 
     def __init__(
         self, prior: Prior, likelihood: Likelihood, n: int = 1000, *, resample: float = 0.5, layers: int = 1,
-        hidden: float = 0.02, keep: bool = False,
-        restart: Callable[[Mapping[str, Any]], Start | None] | None = None,
-        seed: int | np.random.Generator | None = None,
+        hidden: float = 0.02, keep: bool = False, seed: int | np.random.Generator | None = None,
     ) -> None:  # fmt: skip
         check_filter(n, resample, layers, hidden)
         scored = likelihood.skeleton or prior.skeleton
@@ -147,7 +144,7 @@ class ParticleFilter:
                 f"prior and likelihood must have the same skeleton, got bodies of {prior.skeleton.height:.2f} m and "
                 f"{scored.height:.2f} m"
             )
-        self.prior, self.likelihood, self.n, self.restart = prior, likelihood, int(n), restart
+        self.prior, self.likelihood, self.n = prior, likelihood, int(n)
         self.resample, self.layers, self.hidden, self.keep = resample, int(layers), hidden, keep
         if keep and not isinstance(prior, FPCAPrior):
             raise MotionError(f"only an FPCAPrior's walkers can be smoothed, got {type(prior).__name__}: omit keep")
@@ -160,10 +157,19 @@ class ParticleFilter:
     def __repr__(self) -> str:
         return f"ParticleFilter({self.prior!r}, {self.likelihood!r}, n={self.n}, layers={self.layers})"
 
-    def start(self, start: Start) -> None:
-        """Draw particles for the first frame, before it is observed, from a `start`: what is known of it."""
-        self._begin(start)
-        self.beliefs: list[Belief] = []
+    def start(self, start: Start, beliefs: Sequence[Belief] | None = None) -> None:
+        """Draw particles for the first frame, before it is observed, from a `start`: what is known of it.
+
+        In the middle of a film, `beliefs` are those kept of earlier frames, and the next one is `recovered`.
+        """
+        self._state = self.prior.initial(start, self.n, self._rng)
+        self._log_weights = np.full(self.n, -np.log(self.n))
+        self._began, self._again, self._lost = False, beliefs is not None, 0
+        self._lineage = np.arange(self.n)[None]  # ancestors of the particles in each of the last frames, oldest first
+        # Who gives a pose knows where it is; a search guesses size and distance together.
+        self._searched = self._sized and start.heights is not None
+        self._usual = np.log(self._state.sizes).mean() if self._searched else 0.0
+        self.beliefs: list[Belief] = [*(beliefs or ())]
 
     def smoothed(self, n: int = 200) -> list[Belief]:
         """Beliefs about the frames since the start given all of them, as `n` equally weighted walkers.
@@ -183,15 +189,6 @@ class ParticleFilter:
             _DEPTHS * self._searched, self._rng.spawn(1)[0],
         )  # fmt: skip
 
-    def _begin(self, start: Start) -> None:
-        self._state = self.prior.initial(start, self.n, self._rng)
-        self._log_weights = np.full(self.n, -np.log(self.n))
-        self._began, self._lost = False, 0
-        self._lineage = np.arange(self.n)[None]  # ancestors of the particles in each of the last frames, oldest first
-        # Who gives a pose knows where it is; a search guesses size and distance together.
-        self._searched = self._sized and start.heights is not None
-        self._usual = np.log(self._state.sizes).mean() if self._searched else 0.0
-
     def step(self, **observation: Any) -> Belief:
         """Posterior of one more frame, whose `observation` is the arguments of the likelihood's `observe`.
 
@@ -201,8 +198,7 @@ class ParticleFilter:
         if self._state is None:
             raise MotionError("the filter is not started: call start(Start.at(pose)) first")
         self.likelihood.observe(**observation)
-        recovered = self._lost >= _PATIENCE * self.prior.fps and self._restarted(observation)
-        recovered |= bool(self.beliefs) and not self._began
+        recovered = self._again and not self._began
         if self._began:
             if self._effective(np.zeros(self.n), 0.0) < self.resample * self.n:
                 self._resample()
@@ -236,15 +232,6 @@ class ParticleFilter:
         accepted = self._rng.random(self.n) < np.exp(0.5 * (old**2 - new**2) / prior.size**2)
         centre = cast(Camera, self.likelihood.camera).centre[:2]
         return prior.resized(state, np.exp(np.where(accepted, new, old) + self._usual), centre)
-
-    def _restarted(self, observation: Mapping[str, Any]) -> bool:
-        start = None if self.restart is None else self.restart(observation)
-        self._lost = 0 if start is not None else int(_WIDER * self.prior.fps)
-        if start is None:
-            return False
-        self._begin(start)
-        self.likelihood.observe(**observation)
-        return True
 
     def _updated(self) -> tuple[float, bool]:
         """Weight the predicted particles; returns the log evidence and whether the track is lost."""

@@ -44,11 +44,14 @@ def test_filters_teach_weighed_particles_unless_the_person_is_lost():
 def test_a_new_start_teaches_nothing_in_that_frame():
     pupil, pose = Pupil(), np.r_[0.0, 0.0, 0.93, np.zeros(22)]
     there = np.r_[50.0, pose[1:]]
-    tracker = ParticleFilter(FPCAPrior(), pupil, 100, seed=0, restart=lambda seen: Start.at(there))
+    tracker = ParticleFilter(FPCAPrior(), pupil, 100, seed=0)
     tracker.start(Start.at(pose))
-    beliefs = [tracker.step(at=50.0) for _ in range(30)]
-    when = [b.recovered for b in beliefs].index(True)
-    assert len(pupil.taught) == sum(not b.lost for b in beliefs[when + 1 :])
+    assert tracker.step(at=50.0).lost
+    tracker.start(Start.at(there), [])
+    assert tracker.step(at=50.0).recovered
+    assert not pupil.taught
+    tracker.step(at=50.0)
+    assert len(pupil.taught) == 1
 
 
 def test_somebody_who_comes_nearer_does_not_become_background():

@@ -279,30 +279,16 @@ def test_who_is_hidden_stays_where_the_prior_says():
 
 
 def test_a_lost_track_widens_and_begins_anew():
-    asked = []
-
-    def restart(observation):
-        asked.append(observation)
-        return Start.at(np.concatenate([[40.0], np.zeros(24)]), spread=SPREAD)
-
-    tracker = ParticleFilter(LinearPrior(), Window(), 500, restart=restart, seed=0)
+    tracker = ParticleFilter(LinearPrior(), Window(), 500, seed=0)
     tracker.start(START)
-    beliefs = [tracker.step(y=40.0) for _ in range(17)]
-    assert all(belief.lost and not belief.recovered for belief in beliefs[:15])
-    assert beliefs[15].recovered
-    assert not beliefs[15].lost
-    assert asked == [{"y": 40.0}]
-    assert not beliefs[16].recovered
-    assert beliefs[14].poses[:, 0].std() > 1.2 * beliefs[6].poses[:, 0].std()
-
-
-def test_a_start_that_nobody_knows_is_asked_for_again_and_again():
-    asked = []
-    tracker = ParticleFilter(LinearPrior(), Window(), 100, restart=lambda observation: asked.append(1), seed=0)
-    tracker.start(START)
-    beliefs = [tracker.step(y=1e5) for _ in range(60)]
-    assert 4 <= len(asked) <= 7
-    assert all(belief.lost and not belief.recovered and np.isfinite(belief.mean).all() for belief in beliefs)
+    lost = [tracker.step(y=40.0) for _ in range(60)]
+    assert all(belief.lost and not belief.recovered and np.isfinite(belief.mean).all() for belief in lost)
+    assert lost[14].poses[:, 0].std() > 1.2 * lost[6].poses[:, 0].std()
+    tracker.start(Start.at(np.concatenate([[40.0], np.zeros(24)]), spread=SPREAD), lost)
+    found = [tracker.step(y=40.0) for _ in range(2)]
+    assert not any(belief.lost for belief in found)
+    assert [belief.recovered for belief in found] == [True, False]
+    assert tracker.beliefs == lost
 
 
 def test_angles_are_averaged_on_the_circle():

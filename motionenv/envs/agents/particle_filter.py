@@ -17,7 +17,7 @@ from motionenv.envs.agents.action_adapter import Actions
 from motionenv.envs.agents.baselines import walking_poses
 from motionenv.envs.base import Observation
 from motionenv.errors import MotionError
-from motionenv.likelihoods.base import ImageLikelihood, Likelihood
+from motionenv.likelihoods.base import ImageLikelihood, Likelihood, apparent
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.models.people import usual_adult
 from motionenv.models.registry import load
@@ -29,7 +29,6 @@ from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.types import Camera, Skeleton
 
 _SEARCHED = 4000  # hypotheses of an automatic start
-_NEAR = 2.5  # [m] farthest from where they were lost that people are found again
 _AHEAD = 5.0  # [m] from the camera, where somebody is expected who isn't in the picture yet
 _ANYWHERE = np.concatenate([np.full(2, 2.0), np.zeros(3), [2.0], np.full(19, 0.1)])  # [m, rad] and his spread
 _DISTANCES = 0.3  # standard deviation of the log of people's distances, relative to that of the world's origin
@@ -44,9 +43,11 @@ _BEHIND = {"misses": 0.49, "false_alarms": 0.02, "hidden": 0.9}
 _FOLLOWED = {"misses": 0.2, "false_alarms": 0.1}
 _HIDDEN = {"hidden": 0.5}
 _LOOKS = 1, 4, 12, 36  # numbers of frames after which the automatic start is made again, from all of them
-# Who is followed is searched for again after so many frames, in the last ones, and followed from there if that explains
-# them by so much log evidence better: the search has seen what it is to explain. Chosen on split "train".
-_AGAIN, _REVIEWED, _BETTER = 18, 24, 10.0
+# Somebody lost for so long is searched for, and so long after again [s].
+_PATIENCE, _AFRESH = 0.5, 0.25
+# Who is followed is searched for every so many frames, in so many last ones, if he explains less than this share of
+# what a body that fits would, and followed from there if that is better by so much log evidence (chosen on "train").
+_AGAIN, _REVIEWED, _FITS, _BETTER = 18, 24, 0.82, 10.0
 
 
 def truth_start(env: Any, slot: int) -> Start:
@@ -79,7 +80,7 @@ class TrackingAgent:
             `SilhouetteLikelihood`.
         start: callable (unwrapped env, slot) that gives the first pose, such as `truth_start`; None searches pictures:
             in the first one, and better once 4, 12 and 36 have come. A walker is searched for in any case when lost,
-            and every 18 frames, in case the wrong motion was followed.
+            and when masks are explained badly, in case the wrong motion was followed.
         seed: int or Generator.
         threads: of the default likelihood; None is one per core. The same seed says the same with any number.
 
@@ -194,117 +195,98 @@ class _Track:
     """
 
     def __init__(self, tracker: ParticleFilter, start: Start | None, walks: bool, rng, models: list[Likelihood]):
-        self.filter, self._models, self._rng, self._given = tracker, models, rng, start is not None
+        self.filter, self._models, self._rng, self._walks = tracker, models, rng, walks
         self.belief: Belief | None = None
-        self._waiting: list[dict[str, np.ndarray]] | None = [] if start is None else None
-        self._evidence, self._walks, self._steps = 0.0, walks, 0
-        self._recent: deque[tuple[dict[str, np.ndarray], Belief]] = deque(maxlen=_REVIEWED)
+        self._waiting, self._steps, self._lost = start is None, 0, 0  # whether the start may still become better
+        self._recent: deque[tuple[dict[str, np.ndarray], Belief | None]] = deque(maxlen=_LOOKS[-1])
         if start is not None:
             tracker.start(start)
-        if walks:
-            tracker.restart = self._found
 
     def step(self, observation: dict[str, np.ndarray]) -> Belief:
-        if self._waiting is not None:
-            return self._wait(observation)
-        self.belief = self.filter.step(**observation)
+        if self.belief is not None or not self._waiting:
+            self.belief = self.filter.step(**observation)
+            self._lost = self._lost + 1 if self.belief.lost else 0
         self._recent.append((observation, self.belief))
         self._steps += 1
-        if self._walks and self._steps % _AGAIN == 0 and "rgb" not in observation:  # its background is still learned
-            self._review()
-        return self.belief
-
-    def _wait(self, observation: dict[str, np.ndarray]) -> Belief:
-        """As `step`, while the start may still become better."""
-        assert self._waiting is not None
-        self._waiting.append(observation)
-        seen = len(self._waiting)
-        if self.belief is not None:
-            self.belief = self.filter.step(**observation)
-            self._evidence += self.belief.log_evidence
-        if seen in _LOOKS:
-            self._look(list(self._waiting))
-        if seen == _LOOKS[-1]:
-            self._waiting = None
-            behind = getattr(self.filter.likelihood, "hidden", None) is not None
-            self._rate(self.filter.likelihood, _FOLLOWED | _HIDDEN if behind else _FOLLOWED)
+        fps, seen = self.filter.prior.fps, len(self._recent)
+        if self._waiting and seen in _LOOKS:
+            self._search(seen, self._models, None)
+            if seen == _LOOKS[-1]:
+                self._waiting = False
+                self._recent.clear()  # evidences of other rates can't be compared
+                behind = getattr(self.filter.likelihood, "hidden", None) is not None
+                self._rate(self.filter.likelihood, _FOLLOWED | _HIDDEN if behind else _FOLLOWED)
+            elif seen == 1 and cast(Belief, self.belief).lost:
+                self._recent.clear()  # nobody has come into view: the next picture is the first one
+        elif self._walks and self._lost >= _PATIENCE * fps:
+            self._lost = int((_PATIENCE - _AFRESH) * fps)
+            self._search(1, [self.filter.likelihood], self.belief)
+        elif self._walks and not self._waiting and self._steps % _AGAIN == 0 and self._falls_short():
+            self._search(_REVIEWED, [self.filter.likelihood], self._recent[-min(seen, _REVIEWED)][1], _BETTER)
         assert self.belief is not None
         return self.belief
 
-    def _look(self, frames: Sequence[dict[str, np.ndarray]]) -> None:
-        """Follow from the first of the `frames` on, now knowing more, unless what was followed explains them better."""
-        for model in self._models:
-            if (start := self._first(model, frames)) is not None:
-                tried, beliefs, evidence = self._tried(model, start, frames)
-                if self.belief is None or evidence >= self._evidence:
-                    self.filter, self.belief, self._evidence = tried, beliefs[-1], evidence
+    def _falls_short(self) -> bool:
+        """Whether the last masks show him, and the figures in some explain them worse than one that fits."""
+        model, most, explained = copy(self.filter.likelihood), 0.0, 0.0
+        recent = [(observation, cast(Belief, belief)) for observation, belief in self._recent][-_REVIEWED:]
+        seen = 2 * sum(belief.lost for _, belief in recent) <= len(recent)
+        if not seen or not isinstance(model, SilhouetteLikelihood) or "mask" not in recent[-1][0]:
+            return False
+        for observation, belief in recent[:: -_REVIEWED // 4]:
+            model.observe(mask=observation["mask"])
+            odds, nobody = model.odds()
+            most += model.temper * np.maximum(odds, 0.0).sum()
+            figure = apparent(belief.mean[None], _sizes(belief), model.camera)
+            explained += max(float(model.log_likelihood(figure)[0]) - model.temper * nobody, 0.0)
+        return explained < _FITS * most
 
-    def _tried(self, model: Likelihood, start: Start, frames: Sequence[dict[str, np.ndarray]], before=()):
-        """A filter that has followed the `frames` from a `start`, its beliefs, and the frames' log evidence."""
-        tried = copy(self.filter)
-        tried.likelihood = deepcopy(model)
-        tried.start(start)
-        tried.beliefs = [*before]
-        beliefs = [tried.step(**frame) for frame in frames]
-        return tried, beliefs, sum(belief.log_evidence for belief in beliefs)
+    def _search(self, count: int, models: list[Likelihood], near: Belief | None, better: float = 0.0) -> None:
+        """Follow whom a search in the last `count` frames finds, if that explains them better by so much log evidence.
 
-    def _review(self) -> None:
-        """Follow whom a search in the last frames finds, if that explains them much better."""
-        frames, beliefs = zip(*self._recent, strict=True)
-        if 2 * sum(belief.lost for belief in beliefs) > len(beliefs):
-            return
-        try:
-            start = self._searched(self._rate(copy(self.filter.likelihood), _BEHIND), frames, beliefs[0])
-        except MotionError:
-            return
-        before = self.filter.beliefs[: -len(frames)]
-        tried, anew, evidence = self._tried(self.filter.likelihood, start, frames, before)
-        if evidence > sum(belief.log_evidence for belief in beliefs) + _BETTER:
-            self.filter, self.belief = tried, anew[-1]
-            self._recent = deque(zip(frames, anew, strict=True), maxlen=_REVIEWED)
-
-    def _first(self, model: Likelihood, frames: Sequence[dict[str, np.ndarray]]) -> Start | None:
-        """A start from `frames`; None where they show less than before.
-
-        While nobody has come into view, he may be anywhere before the camera, and the next picture is the first one.
+        Each of `models` searches and follows. People are expected near who they were believed to be, if that is given.
         """
-        try:
-            return self._searched(model, frames, None)
-        except MotionError:
-            if len(frames) > 1:
-                return None
-        self._waiting, self._evidence = [], -np.inf
-        camera = cast(ImageLikelihood, model).camera
-        pose = walking_poses(1)[0].copy()
-        pose[:2] = camera.centre[:2] + _AHEAD * camera.R[2, :2]
-        return Start.at(pose, spread=_ANYWHERE)
+        frames, beliefs = zip(*list(self._recent)[-count:], strict=True)
+        least = -np.inf if beliefs[0] is None else sum(belief.log_evidence for belief in beliefs) + better
+        before = self.filter
+        for model in models:
+            if (start := self._found(model, frames, near)) is None:
+                continue
+            tried = copy(before)
+            tried.likelihood = deepcopy(model)
+            tried.start(start, None if near is None else before.beliefs[: -len(frames)])
+            anew = [tried.step(**frame) for frame in frames]
+            evidence = sum(belief.log_evidence for belief in anew)
+            if evidence >= least:
+                self.filter, self.belief, least = tried, anew[-1], evidence
+                for _ in frames:
+                    self._recent.pop()
+                self._recent.extend(zip(frames, anew, strict=True))
 
-    def _searched(self, model: Likelihood, observations: Sequence[Mapping[str, Any]], lost: Belief | None) -> Start:
-        prior, seen = self.filter.prior, cast(ImageLikelihood, model)
-        place = None if self._given and lost is None else partial(_log_place, seen.camera, lost)
-        return automatic_start(
-            seen, observations, fps=prior.fps, n=_SEARCHED, size=prior.size, children=_CHILDREN, place=place,
-            seed=self._rng,
-        )  # fmt: skip
+    def _found(self, model: Likelihood, frames: Sequence[Mapping[str, Any]], near: Belief | None) -> Start | None:
+        """A start from `frames`; None where they don't show enough.
+
+        While nobody has come into view, he may be anywhere before the camera.
+        """
+        prior = self.filter.prior
+        seen = cast(ImageLikelihood, model if near is None else self._rate(copy(model), _BEHIND))
+        try:
+            return automatic_start(
+                seen, frames, fps=prior.fps, n=_SEARCHED, size=prior.size, children=_CHILDREN,
+                place=partial(_log_place, seen.camera, near), seed=self._rng,
+            )  # fmt: skip
+        except MotionError:
+            if near is not None or len(frames) > 1:
+                return None
+        pose = walking_poses(1)[0].copy()
+        pose[:2] = seen.camera.centre[:2] + _AHEAD * seen.camera.R[2, :2]
+        return Start.at(pose, spread=_ANYWHERE)
 
     def _rate(self, likelihood: Likelihood, rates: dict[str, float]) -> Likelihood:
         """Give `rates` to a `likelihood`, unless it is the user's."""
         for name, rate in rates.items() if len(self._models) > 1 else ():
             setattr(likelihood, name, rate)
         return likelihood
-
-    def _found(self, observation: Mapping[str, Any]) -> Start | None:
-        """A new start from one picture, or None where it shows nobody, or nobody near one whose start was given."""
-        lost = None if self._given or self._waiting is not None else self.belief
-        try:
-            found = self._searched(self._rate(copy(self.filter.likelihood), _BEHIND), [observation], lost)
-        except MotionError:
-            return None
-        if not self._given or self.belief is None:
-            return found
-        # A head above a bush looks like somebody far away.
-        away = np.hypot(*(found.poses - self.belief.mean)[:, :2].T)
-        return found if np.median(away) < _NEAR else None
 
 
 def _log_place(camera: Camera, lost: Belief | None, places: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -320,8 +302,14 @@ def _log_place(camera: Camera, lost: Belief | None, places: np.ndarray, sizes: n
     weights, where = np.exp(lost.log_weights), lost.poses[:, :2]
     spread = np.sqrt(_STRAYED**2 + weights @ ((where - lost.mean[:2]) ** 2).sum(axis=1) / 2)
     apart = np.hypot(*(places - lost.mean[:2]).T) / spread
-    grown = 0.0 if lost.state.sizes is None else np.log(sizes) - weights @ np.log(lost.state.sizes)
+    grown = np.log(sizes / _sizes(lost))
     return usual + np.logaddexp(-0.5 * (apart**2 + (grown / _SIZE) ** 2), _MISTAKEN)
+
+
+def _sizes(belief: Belief) -> np.ndarray:
+    """The size (1,) that is believed."""
+    sizes = belief.state.sizes
+    return np.ones(1) if sizes is None else np.exp([np.exp(belief.log_weights) @ np.log(sizes)])
 
 
 def _check_moves_an_arm(prior: Prior, start: Start) -> None:

@@ -6,13 +6,14 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from motionenv.body.arm_reaching import RIGHT_ARM
-from motionenv.envs.agents import Kalman, MeanPose, TrackingAgent, evaluate, truth_start
+from motionenv.envs.agents import Kalman, MeanPose, TrackingAgent, evaluate, particle_filter, truth_start
 from motionenv.envs.arm import ArmTracking
 from motionenv.envs.markers import MarkerTracking
 from motionenv.envs.walker import WalkerTracking, WalkerTrackingVector
 from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.tracking import FPCAPrior, Start, TreePrior, VelocityPrior
+from motionenv.tracking.initialization import automatic_start
 
 SMALL = {"motion": "walk/fpca", "size": 48, "observation": "mask", "horizon": 15, "start": "line"}
 
@@ -105,6 +106,29 @@ def test_who_is_followed_wrongly_is_found_again(seed, turned, nearer):
     assert np.mean(errors[5:18]) > 0.15
     assert np.mean(errors[40:]) < 0.2
     assert len(agent.smoothed(30)[0]) == 60
+
+
+def test_only_who_fits_badly_or_is_lost_is_searched_for(monkeypatch):
+    searched = []
+
+    def counted(*seen, **options):
+        searched.append(len(seen[1]))
+        return automatic_start(*seen, **options)
+
+    monkeypatch.setattr(particle_filter, "automatic_start", counted)
+    env = WalkerTracking(**{**SMALL, "size": 64, "horizon": 60, "start": "near"})
+    agent = TrackingAgent(env, n=500, start=truth_start, seed=0)
+    observation, _ = env.reset(seed=1)
+    agent.reset(observation)
+    for _ in range(40):
+        observation, *_ = env.step(agent.act(observation))
+    assert not searched
+    elsewhere = np.roll(observation, 20, axis=1)
+    while not searched:
+        agent.act(elsewhere)
+    assert searched == [1]
+    assert not agent.beliefs[0].lost
+    assert agent.beliefs[0].recovered
 
 
 def test_goes_on_where_the_background_must_be_learned():
