@@ -38,6 +38,7 @@ CASES = {
     "mask, automatic start": ({"observation": "mask"}, None),
     "anywhere, automatic start": ({"start": "anywhere"}, None),
     "default, given start": ({}, truth_start),
+    "mask, given start": ({"observation": "mask"}, truth_start),
     "mask, given start 15 % too near": ({"observation": "mask"}, too_near),
     "2 occluders and a passer-by, given start": ({"occluders": 2, "distractors": 1}, truth_start),
 }

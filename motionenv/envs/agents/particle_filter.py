@@ -210,13 +210,13 @@ class _Track:
         self._steps += 1
         fps, seen = self.filter.prior.fps, len(self._recent)
         if self._waiting and seen in _LOOKS:
-            self._search(seen, self._models, None)
+            found = self._search(seen, self._models, None)
             if seen == _LOOKS[-1]:
                 self._waiting = False
                 self._recent.clear()  # evidences of other rates can't be compared
                 behind = getattr(self.filter.likelihood, "hidden", None) is not None
                 self._rate(self.filter.likelihood, _FOLLOWED | _HIDDEN if behind else _FOLLOWED)
-            elif seen == 1 and cast(Belief, self.belief).lost:
+            elif seen == 1 and not found:
                 self._recent.clear()  # nobody has come into view: the next picture is the first one
         elif self._walks and self._lost >= _PATIENCE * fps:
             self._lost = int((_PATIENCE - _AFRESH) * fps)
@@ -241,20 +241,24 @@ class _Track:
             explained += max(float(model.log_likelihood(figure)[0]) - model.temper * nobody, 0.0)
         return explained < _FITS * most
 
-    def _search(self, count: int, models: list[Likelihood], near: Belief | None, better: float = 0.0) -> None:
+    def _search(self, count: int, models: list[Likelihood], near: Belief | None, better: float = 0.0) -> bool:
         """Follow whom a search in the last `count` frames finds, if that explains them better by so much log evidence.
 
         Each of `models` searches and follows. People are expected near who they were believed to be, if that is given.
+        Returns whether anybody was found.
         """
         frames, beliefs = zip(*list(self._recent)[-count:], strict=True)
-        least = -np.inf if beliefs[0] is None else sum(belief.log_evidence for belief in beliefs) + better
-        before = self.filter
+        # Who was followed without having been found doesn't compete.
+        least = sum(belief.log_evidence for belief in beliefs) + better if count > 1 else -np.inf
+        before, found = self.filter, False
         for model in models:
-            if (start := self._found(model, frames, near)) is None:
+            start = self._found(model, frames, near)
+            found |= start is not None
+            if start is None and (near is not None or len(frames) > 1):
                 continue
             tried = copy(before)
             tried.likelihood = deepcopy(model)
-            tried.start(start, None if near is None else before.beliefs[: -len(frames)])
+            tried.start(start or self._anywhere(), None if near is None else before.beliefs[: -len(frames)])
             anew = [tried.step(**frame) for frame in frames]
             evidence = sum(belief.log_evidence for belief in anew)
             if evidence >= least:
@@ -262,12 +266,10 @@ class _Track:
                 for _ in frames:
                     self._recent.pop()
                 self._recent.extend(zip(frames, anew, strict=True))
+        return found
 
     def _found(self, model: Likelihood, frames: Sequence[Mapping[str, Any]], near: Belief | None) -> Start | None:
-        """A start from `frames`; None where they don't show enough.
-
-        While nobody has come into view, he may be anywhere before the camera.
-        """
+        """A start from `frames`; None where they don't show enough."""
         prior = self.filter.prior
         seen = cast(ImageLikelihood, model if near is None else self._rate(copy(model), _BEHIND))
         try:
@@ -276,10 +278,12 @@ class _Track:
                 place=partial(_log_place, seen.camera, near), seed=self._rng,
             )  # fmt: skip
         except MotionError:
-            if near is not None or len(frames) > 1:
-                return None
-        pose = walking_poses(1)[0].copy()
-        pose[:2] = seen.camera.centre[:2] + _AHEAD * seen.camera.R[2, :2]
+            return None
+
+    def _anywhere(self) -> Start:
+        """A start of who hasn't come into view: anywhere before the camera."""
+        pose, camera = walking_poses(1)[0].copy(), cast(Camera, self.filter.likelihood.camera)
+        pose[:2] = camera.centre[:2] + _AHEAD * camera.R[2, :2]
         return Start.at(pose, spread=_ANYWHERE)
 
     def _rate(self, likelihood: Likelihood, rates: dict[str, float]) -> Likelihood:
