@@ -131,6 +131,28 @@ def test_only_who_fits_badly_or_is_lost_is_searched_for(monkeypatch):
     assert agent.beliefs[0].recovered
 
 
+def test_only_pictures_of_nobody_are_left_out_of_the_start(monkeypatch):
+    searched = []
+
+    def counted(*seen, **options):
+        searched.append(len(seen[1]))
+        return automatic_start(*seen, **options)
+
+    monkeypatch.setattr(particle_filter, "automatic_start", counted)
+    env = WalkerTracking(**SMALL)
+    env.reset(seed=1)
+    agent = TrackingAgent(env, n=100, seed=0)
+    nobody, line = np.zeros((2, 48, 48, 1), dtype=np.uint8)
+    line[20, 5:40] = 1
+    agent.reset(nobody)
+    lost = []
+    for seen in (nobody, *[line] * 4):
+        agent.act(seen)
+        lost.append(agent.beliefs[0].lost)
+    assert lost[1]
+    assert searched == [1, 1, 1, 1, 4, 4]
+
+
 def test_goes_on_where_the_background_must_be_learned():
     env = WalkerTracking(**{**SMALL, "observation": "rgb", "size": 64})
     agent = TrackingAgent(env, n=300, seed=0)
