@@ -22,6 +22,7 @@ from motionenv.errors import MotionError
 _DARK = 24  # grey levels; darker pixels don't determine the gain
 _LEAST_NOISE = 1.0  # grey levels: rounding and other unavoidable variation
 _PLAIN = 3.0  # grey levels: largest median absolute deviation of a uniform row
+_CLUTTERED = 10.0  # grey levels: median deviation from a row's median, of pictures whose rows tell no background
 _EMPTY = 999  # missing sample; sorts after all colours
 _UNCHANGED = 25  # frames after which a pixel that nobody uncovered is background; a walker's change much sooner
 _CHANGED = 4.0  # least change of a pixel from frame to frame, in standard deviations of the image's noise
@@ -147,6 +148,11 @@ class Background:
             return np.partition(self._samples, middle.flat[0], axis=-1)[..., middle.flat[0]]
         ordered = np.sort(self._samples, axis=-1)
         return np.take_along_axis(ordered, middle[..., None, None], axis=-1)[..., 0]
+
+
+def cluttered(rgb: np.ndarray) -> bool:
+    """Whether the rows of a picture, uint8 (height, width, 3), are too colourful to tell its background."""
+    return bool(np.median(np.abs(rgb - np.median(rgb, axis=1, keepdims=True))) > _CLUTTERED)
 
 
 def _plain_filled(background: np.ndarray) -> np.ndarray:

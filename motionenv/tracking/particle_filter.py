@@ -171,6 +171,11 @@ class ParticleFilter:
         self._usual = np.log(self._state.sizes).mean() if self._searched else 0.0
         self.beliefs: list[Belief] = [*(beliefs or ())]
 
+    def resume(self, belief: Belief) -> None:
+        """Go on from an earlier `belief` of this filter, as if its frame had been the last; forgets those kept."""
+        self._state, self._log_weights = belief.state, belief.log_weights.copy()
+        self._lineage, self._lost, self.beliefs = np.arange(self.n)[None], 0, []
+
     def smoothed(self, n: int = 200) -> list[Belief]:
         """Beliefs about the frames since the start given all of them, as `n` equally weighted walkers.
 

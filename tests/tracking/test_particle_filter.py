@@ -116,6 +116,20 @@ def test_bootstrap_agrees_with_kalman(resample):
     assert all(np.isclose(np.exp(b.log_weights).sum(), 1) and 1 <= b.effective <= 20_000 for b in beliefs)
 
 
+def test_what_follows_an_earlier_belief_agrees_with_kalman():
+    ys = measurements(25, 0)
+    means, variances, evidences, *_ = kalman(ys)
+    tracker = ParticleFilter(LinearPrior(), GaussianLikelihood(), 20_000, hidden=0.0, keep=False, seed=3)
+    tracker.start(START)
+    beliefs = [tracker.step(y=y) for y in ys]
+    tracker.resume(beliefs[9])
+    again = [tracker.step(y=y) for y in ys[10:]]
+    got = np.array([moments(belief) for belief in again])
+    assert np.abs(got[:, 0] - means[10:]).max() < 0.03
+    assert np.abs(got[:, 1] / variances[10:] - 1).max() < 0.1
+    assert np.abs([belief.log_evidence for belief in again] - evidences[10:]).max() < 0.05
+
+
 def test_annealing_does_not_change_what_is_said_of_the_evidence():
     """Layers move particles to peaks, where their weights say nothing about how well the image was predicted."""
     ys = measurements(25, 0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy, deepcopy
-from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -14,28 +13,21 @@ from numpy.typing import ArrayLike
 from motionenv._core.validation import random_generator
 from motionenv.body.arm_reaching import RIGHT_ARM
 from motionenv.envs.agents.action_adapter import Actions
-from motionenv.envs.agents.baselines import walking_poses
+from motionenv.envs.agents.searching import STATURES, ClutterTrack, anywhere, find, size_of
 from motionenv.envs.base import Observation
 from motionenv.errors import MotionError
+from motionenv.likelihoods.background import cluttered
 from motionenv.likelihoods.base import ImageLikelihood, Likelihood, apparent
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.models.people import usual_adult
 from motionenv.models.registry import load
 from motionenv.models.walking.model import WalkingModel
-from motionenv.tracking.initialization import automatic_start
 from motionenv.tracking.particle_filter import Belief, ParticleFilter, check_filter
 from motionenv.tracking.priors.base import Prior, Start, systematic
 from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.types import Camera, Skeleton
 
-_SEARCHED = 4000  # hypotheses of an automatic start
 _AHEAD = 5.0  # [m] from the camera, where somebody is expected who isn't in the picture yet
-_ANYWHERE = np.concatenate([np.full(2, 2.0), np.zeros(3), [2.0], np.full(19, 0.1)])  # [m, rad] and his spread
-_DISTANCES = 0.3  # standard deviation of the log of people's distances, relative to that of the world's origin
-_STRAYED = 1.0  # [m] standard deviation of how far somebody strays from where he was lost
-_MISTAKEN = -5.0  # log density, relative to the highest, at which somebody who was lost had been somewhere else
-_CHILDREN = 0.15  # share of children of 6 to 17 years among people
-_SIZE = 0.06  # standard deviation of the log of adults' statures
 # Rates by which a start is chosen, and somebody who was lost is found: of who is in plain view, and of who walks behind
 # things that nobody knows. Once found, people are followed with less certainty, behind things with _HIDDEN.
 _CLEAR = {"misses": 0.1, "false_alarms": 0.02}
@@ -62,7 +54,7 @@ def truth_start(env: Any, slot: int) -> Start:
 def adults_prior(fps: float, *, sized: bool = True) -> FPCAPrior:
     """The default prior at `fps` [Hz]: an adult of mean proportions and build, of unknown size if `sized`."""
     model = cast(WalkingModel, load("walk/fpca"))
-    return FPCAPrior(model, skeleton=usual_adult(model.proportions_), fps=fps, size=_SIZE if sized else 0.0)
+    return FPCAPrior(model, skeleton=usual_adult(model.proportions_), fps=fps, size=STATURES if sized else 0.0)
 
 
 class TrackingAgent:
@@ -80,7 +72,8 @@ class TrackingAgent:
             `SilhouetteLikelihood`.
         start: callable (unwrapped env, slot) that gives the first pose, such as `truth_start`; None searches pictures:
             in the first one, and better once 4, 12 and 36 have come. A walker is searched for in any case when lost,
-            and when masks are explained badly, in case the wrong motion was followed.
+            and when masks are explained badly, in case the wrong motion was followed. In cluttered colours before a
+            still camera, the search begins with the eighth picture; until he is found, he is about the origin.
         seed: int or Generator.
         threads: of the default likelihood; None is one per core. The same seed says the same with any number.
 
@@ -109,7 +102,7 @@ class TrackingAgent:
         self._prior = adults_prior(self._actions.env.world.fps, sized=sized) if prior is None else prior
         self._likelihood, self._start, self._threads = likelihood, start, threads
         self._rng = random_generator(seed)
-        self._tracks: list[_Track | None] = [None] * self._actions.n
+        self._tracks: list[_Track | ClutterTrack | None] = [None] * self._actions.n
 
     def __repr__(self) -> str:
         prior = "a prior for each episode" if callable(self._prior) else repr(self._prior)
@@ -137,8 +130,9 @@ class TrackingAgent:
             MotionError: a prior of another frame rate, or one that moves more than the arm where only that moves.
         """
         began = np.ones(self._actions.n, dtype=bool) if began is None else np.asarray(began, dtype=bool)
+        seen = self._actions.batched(observation)
         for slot in np.flatnonzero(began).tolist():
-            self._tracks[slot] = self._begun(slot)
+            self._tracks[slot] = self._begun(slot, {name: pictures[slot] for name, pictures in seen.items()})
 
     def act(self, observation: Observation) -> np.ndarray:
         """The estimate for the frame just observed: the expected joints or pose, or poses drawn from the belief.
@@ -162,7 +156,7 @@ class TrackingAgent:
                 joints[slot, 0] = belief.expected_joints(track.filter.prior.skeleton)
         return self._actions.of(poses, joints)
 
-    def _begun(self, slot: int) -> _Track:
+    def _begun(self, slot: int, seen: dict[str, np.ndarray]) -> _Track | ClutterTrack:
         env = self._actions.env
         known = env.world.observation_model(slot)
         prior: Prior = self._prior(env, slot) if callable(self._prior) else self._prior
@@ -184,6 +178,9 @@ class TrackingAgent:
         if start is None and not isinstance(likelihood, ImageLikelihood):
             raise MotionError(f"{likelihood!r} shows no foreground in which to find the first pose: give start")
         walks = not self._actions.arm and isinstance(likelihood, ImageLikelihood)
+        searched = walks and start is None and self._likelihood is None and likelihood.accepted(seen) == ["rgb"]
+        if searched and known.still and isinstance(likelihood, SilhouetteLikelihood) and cluttered(seen["rgb"]):
+            return ClutterTrack(track, likelihood, rng)
         return _Track(track, start, walks, rng, models)
 
 
@@ -237,7 +234,7 @@ class _Track:
             model.observe(mask=observation["mask"])
             odds, nobody = model.odds()
             most += model.temper * np.maximum(odds, 0.0).sum()
-            figure = apparent(belief.mean[None], _sizes(belief), model.camera)
+            figure = apparent(belief.mean[None], size_of(belief), model.camera)
             explained += max(float(model.log_likelihood(figure)[0]) - model.temper * nobody, 0.0)
         return explained < _FITS * most
 
@@ -250,7 +247,8 @@ class _Track:
         frames, beliefs = zip(*list(self._recent)[-count:], strict=True)
         # Who was followed without having been found doesn't compete.
         least = sum(belief.log_evidence for belief in beliefs) + better if count > 1 else -np.inf
-        before, found = self.filter, False
+        before, found, camera = self.filter, False, cast(Camera, self.filter.likelihood.camera)
+        ahead = camera.centre[:2] + _AHEAD * camera.R[2, :2]
         for model in models:
             start = self._found(model, frames, near)
             found |= start is not None
@@ -258,7 +256,7 @@ class _Track:
                 continue
             tried = copy(before)
             tried.likelihood = deepcopy(model)
-            tried.start(start or self._anywhere(), None if near is None else before.beliefs[: -len(frames)])
+            tried.start(start or anywhere(*ahead), None if near is None else before.beliefs[: -len(frames)])
             anew = [tried.step(**frame) for frame in frames]
             evidence = sum(belief.log_evidence for belief in anew)
             if evidence >= least:
@@ -270,50 +268,14 @@ class _Track:
 
     def _found(self, model: Likelihood, frames: Sequence[Mapping[str, Any]], near: Belief | None) -> Start | None:
         """A start from `frames`; None where they don't show enough."""
-        prior = self.filter.prior
         seen = cast(ImageLikelihood, model if near is None else self._rate(copy(model), _BEHIND))
-        try:
-            return automatic_start(
-                seen, frames, fps=prior.fps, n=_SEARCHED, size=prior.size, children=_CHILDREN,
-                place=partial(_log_place, seen.camera, near), seed=self._rng,
-            )  # fmt: skip
-        except MotionError:
-            return None
-
-    def _anywhere(self) -> Start:
-        """A start of who hasn't come into view: anywhere before the camera."""
-        pose, camera = walking_poses(1)[0].copy(), cast(Camera, self.filter.likelihood.camera)
-        pose[:2] = camera.centre[:2] + _AHEAD * camera.R[2, :2]
-        return Start.at(pose, spread=_ANYWHERE)
+        return find(seen, frames, self.filter.prior, near, self._rng)
 
     def _rate(self, likelihood: Likelihood, rates: dict[str, float]) -> Likelihood:
         """Give `rates` to a `likelihood`, unless it is the user's."""
         for name, rate in rates.items() if len(self._models) > 1 else ():
             setattr(likelihood, name, rate)
         return likelihood
-
-
-def _log_place(camera: Camera, lost: Belief | None, places: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Log density (n,) of places (n, 2) [m] and `sizes` (n,).
-
-    People are about as far away as the world's origin, and near one who was lost, whose size they have.
-    """
-    centre = camera.centre
-    away = np.log(np.maximum(np.hypot(*(places - centre[:2]).T), 0.1) / np.linalg.norm(centre))
-    usual = -0.5 * (away / _DISTANCES) ** 2
-    if lost is None:
-        return usual
-    weights, where = np.exp(lost.log_weights), lost.poses[:, :2]
-    spread = np.sqrt(_STRAYED**2 + weights @ ((where - lost.mean[:2]) ** 2).sum(axis=1) / 2)
-    apart = np.hypot(*(places - lost.mean[:2]).T) / spread
-    grown = np.log(sizes / _sizes(lost))
-    return usual + np.logaddexp(-0.5 * (apart**2 + (grown / _SIZE) ** 2), _MISTAKEN)
-
-
-def _sizes(belief: Belief) -> np.ndarray:
-    """The size (1,) that is believed."""
-    sizes = belief.state.sizes
-    return np.ones(1) if sizes is None else np.exp([np.exp(belief.log_weights) @ np.log(sizes)])
 
 
 def _check_moves_an_arm(prior: Prior, start: Start) -> None:

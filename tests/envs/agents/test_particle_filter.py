@@ -6,7 +6,7 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from motionenv.body.arm_reaching import RIGHT_ARM
-from motionenv.envs.agents import Kalman, MeanPose, TrackingAgent, evaluate, particle_filter, truth_start
+from motionenv.envs.agents import Kalman, MeanPose, TrackingAgent, evaluate, searching, truth_start
 from motionenv.envs.arm import ArmTracking
 from motionenv.envs.markers import MarkerTracking
 from motionenv.envs.walker import WalkerTracking, WalkerTrackingVector
@@ -115,7 +115,7 @@ def test_only_who_fits_badly_or_is_lost_is_searched_for(monkeypatch):
         searched.append(len(seen[1]))
         return automatic_start(*seen, **options)
 
-    monkeypatch.setattr(particle_filter, "automatic_start", counted)
+    monkeypatch.setattr(searching, "automatic_start", counted)
     env = WalkerTracking(**{**SMALL, "size": 64, "horizon": 60, "start": "near"})
     agent = TrackingAgent(env, n=500, start=truth_start, seed=0)
     observation, _ = env.reset(seed=1)
@@ -138,7 +138,7 @@ def test_only_pictures_of_nobody_are_left_out_of_the_start(monkeypatch):
         searched.append(len(seen[1]))
         return automatic_start(*seen, **options)
 
-    monkeypatch.setattr(particle_filter, "automatic_start", counted)
+    monkeypatch.setattr(searching, "automatic_start", counted)
     env = WalkerTracking(**SMALL)
     env.reset(seed=1)
     agent = TrackingAgent(env, n=100, seed=0)

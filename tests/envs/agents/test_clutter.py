@@ -1,0 +1,73 @@
+"""Walkers before backgrounds that nobody knows: found once these are, doubted until then."""
+
+import gymnasium
+import numpy as np
+import pytest
+
+from motionenv.envs.agents import TrackingAgent, truth_start
+from motionenv.envs.walker import WalkerTracking
+from motionenv.likelihoods.background import cluttered
+from motionenv.tracking import Belief
+
+CLUTTER = {"observation": "rgb", "background": "clutter", "noise": 6.0, "size": 64, "horizon": 44}
+
+
+def played(env, seed, **options):
+    """Beliefs about an episode's frames, and their errors [m]."""
+    agent = TrackingAgent(env, seed=0, threads=1, **options)
+    observation, _ = env.reset(seed=seed)
+    agent.reset(observation)
+    beliefs, errors, done = [], [], False
+    while not done:
+        action = agent.act(observation)
+        beliefs.append(agent.beliefs[0])
+        observation, _, terminated, truncated, info = env.step(action)
+        errors.append(info["error"])
+        done = terminated or truncated
+    return agent, beliefs, np.array(errors)
+
+
+@pytest.mark.parametrize("seed", [2, 3, 7])
+def test_a_walker_is_found_once_the_background_is_known(seed):
+    agent, beliefs, errors = played(WalkerTracking(**CLUTTER, camera="side"), seed, keep=True)
+    assert errors[:6].mean() > 1.0
+    assert errors[-12:].mean() < 0.2
+    assert len(agent.smoothed(20)[0]) == len(beliefs)
+
+
+def test_until_then_he_is_somewhere_about_the_origin():
+    _, beliefs, _ = played(WalkerTracking(**CLUTTER, camera="side"), 1, n=500)
+    for belief in beliefs[:7]:
+        assert np.abs(belief.mean[:2]).max() < 0.5
+        assert np.std(belief.poses[:, :2], axis=0).min() > 1.5
+
+
+def test_nobody_is_found_in_pictures_of_nothing():
+    env = WalkerTracking(**CLUTTER)
+    observation, _ = env.reset(seed=3)
+    agent = TrackingAgent(env, n=200, seed=0, threads=1)
+    agent.reset(observation)
+    empty, rng = np.random.default_rng(0).integers(0, 256, observation.shape), np.random.default_rng(1)
+    for _ in range(40):
+        agent.act(np.clip(empty + rng.normal(0, 6, empty.shape), 0, 255).astype(np.uint8))
+    belief: Belief = agent.beliefs[0]
+    assert np.abs(belief.mean[:2]).max() < 0.7
+    assert belief.lost
+
+
+def test_the_same_seed_says_the_same():
+    env = WalkerTracking(**CLUTTER)
+    first, second = (played(env, 4, n=200)[2] for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+
+
+def test_a_given_start_and_a_plain_wall_are_as_before():
+    assert played(WalkerTracking(**CLUTTER, camera="side"), 1, start=truth_start)[2][:6].mean() < 0.1
+    plain = CLUTTER | {"background": "plain"}
+    assert played(WalkerTracking(**plain, camera="side"), 1)[2][:6].mean() < 0.4
+
+
+def test_which_pictures_are_cluttered():
+    for background, said in (("clutter", True), ("plain", False)):
+        env = gymnasium.make("motionenv/WalkerTracking-v1", **CLUTTER | {"background": background, "noise": 8.0})
+        assert [cluttered(env.reset(seed=seed)[0]) for seed in range(5)] == [said] * 5
