@@ -210,11 +210,9 @@ class ForcePlate(_Record):
     def __post_init__(self) -> None:
         force = frozen(self.force, (None, 3), "ForcePlate.force")
         self._set(
-            corners=frozen(self.corners, (4, 3), "ForcePlate.corners"),
-            force=force,
-            centre=frozen(self.centre, (len(force), 3), "ForcePlate.centre"),
-            fps=checked_fps(self.fps),
-        )
+            corners=frozen(self.corners, (4, 3), "ForcePlate.corners"), force=force,
+            centre=frozen(self.centre, (len(force), 3), "ForcePlate.centre"), fps=checked_fps(self.fps),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -375,12 +373,10 @@ class Cycles(_Record):
         values = frozen(self.values, (None, None, len(channels)), "Cycles.values")
         k = len(values)
         self._set(
-            values=values,
-            channels=channels,
-            seconds=frozen(self.seconds, (k,), "Cycles.seconds"),
+            values=values, channels=channels, seconds=frozen(self.seconds, (k,), "Cycles.seconds"),
             sequence=frozen(self.sequence, (k,), "Cycles.sequence", dtype=np.intp),
             subject=tuple(str(s) for s in self.subject),
-        )
+        )  # fmt: skip
         if self.drift is not None:
             self._set(drift=frozen(self.drift, (k, len(channels)), "Cycles.drift"))
         if len(self.subject) != k:

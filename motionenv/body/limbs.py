@@ -104,12 +104,9 @@ CLOTHES = tuple(
     for limb in LIMBS
 )  # fmt: skip
 COLOURS = {
-    "skin": (0.87, 0.67, 0.55),
-    "shirt": (0.22, 0.46, 0.68),
-    "trousers": (0.26, 0.28, 0.35),
-    "shoes": (0.16, 0.14, 0.14),
-    "hair": (0.27, 0.19, 0.13),
-}
+    "skin": (0.87, 0.67, 0.55), "shirt": (0.22, 0.46, 0.68), "trousers": (0.26, 0.28, 0.35),
+    "shoes": (0.16, 0.14, 0.14), "hair": (0.27, 0.19, 0.13),
+}  # fmt: skip
 
 
 def from_height(height: float = 1.75, *, girth: float = 1.0) -> Skeleton:

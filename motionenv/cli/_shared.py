@@ -23,31 +23,24 @@ err = Console(stderr=True)
 
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same bytes.")]
 Fps = Annotated[float | None, typer.Option(help="Frame rate, if the file doesn't specify it (CMU's AMC files: 120).")]
-Unit = Annotated[
-    str | None,
-    typer.Option(help="Length unit, if the file doesn't specify it: m, cm, mm, inch, cmu, or metres per unit."),
-]
+Unit = Annotated[str | None, typer.Option(
+    help="Length unit, if the file doesn't specify it: m, cm, mm, inch, cmu, or metres per unit.")]  # fmt: skip
 Up = Annotated[str | None, typer.Option(help="Vertical axis of the file, if it isn't the usual one: x, y or z.")]
-Person = Annotated[
-    str | None, typer.Option(help="Which of several people: the name in front of their points. Default: the wholest.")
-]
+Person = Annotated[str | None, typer.Option(
+    help="Which of several people: the name in front of their points. Default: the wholest.")]  # fmt: skip
 BodyModel = Annotated[Path | None, typer.Option(help="NPZ file of the body model, for poses of AMASS.")]
-Map = Annotated[
-    str | None, typer.Option("--map", help="Marker map (file of `motionenv mocap map`), or a marker set's name.")
-]
+Map = Annotated[str | None, typer.Option(
+    "--map", help="Marker map (file of `motionenv mocap map`), or a marker set's name.")]  # fmt: skip
 Static = Annotated[Path | None, typer.Option(help="Standing trial of the same person (.c3d or .trc).")]
-Wands = Annotated[
-    str, typer.Option(help="Markers on thighs and shanks: use, ignore, or auto, which leaves out those that can't be.")
-]
+Wands = Annotated[str, typer.Option(
+    help="Markers on thighs and shanks: use, ignore, or auto, which leaves out those that can't be.")]  # fmt: skip
 Fill = Annotated[bool, typer.Option("--fill", help="Fill what the capture doesn't show, such as arms, by a prior.")]
 View = Annotated[str, typer.Option(help="side, front, oblique, or a view angle in degrees.")]
 Size = Annotated[str, typer.Option(help="Image size in pixels, WIDTHxHEIGHT.")]
 
 Detector = Annotated[str, typer.Option(help="What detects people in a film: blazepose or rtmpose.")]
-Weights = Annotated[
-    Path | None,
-    typer.Option(help="The detector's models: their folder, or MediaPipe's .task file or wheel; else downloaded once."),
-]
+Weights = Annotated[Path | None, typer.Option(
+    help="The detector's models: their folder, or MediaPipe's .task file or wheel; else downloaded once.")]  # fmt: skip
 
 _Command = TypeVar("_Command", bound=Callable[..., None])
 _VIEWS = {"side": 0.0, "front": math.pi / 2, "oblique": math.pi / 4}

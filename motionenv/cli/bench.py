@@ -47,12 +47,10 @@ def benchmarks(root: Path) -> list[str]:
 
 
 def compile_kernels(
-    tasks: Annotated[
-        list[str] | None,
-        typer.Argument(help="demo, env, film, lift, page, render, report, sample or synth; by default all of them."),
-    ] = None,
+    tasks: Annotated[list[str] | None, typer.Argument(
+        help="demo, env, film, lift, page, render, report, sample or synth; by default all of them.")] = None,
     processes: Annotated[int | None, typer.Option(min=1, help="Processes; by default as many as cores.")] = None,
-) -> None:
+) -> None:  # fmt: skip
     """Compile kernels beforehand, such as in an image for containers or on a cluster's shared disk.
 
     Kernels serve the kind of processor that compiled them. They lie in the user's cache, or in NUMBA_CACHE_DIR.

@@ -12,9 +12,8 @@ from motionenv.errors import MotionError
 if TYPE_CHECKING:
     from motionenv.data import Made, Specification
 
-Spec = Annotated[
-    str, typer.Argument(help="Specification, .toml or .json, or a preset: see `motionenv dataset presets`.")
-]
+Spec = Annotated[str, typer.Argument(
+    help="Specification, .toml or .json, or a preset: see `motionenv dataset presets`.")]  # fmt: skip
 Frames = Annotated[str | None, typer.Option(help="Frames, as 1e6; by default the specification's.")]
 Backgrounds = Annotated[Path | None, typer.Option(help="Folder of your own photographs, before which people walk.")]
 Seed = Annotated[int | None, typer.Option(min=0, help="The same seed gives the same bytes; default: specification's.")]
@@ -50,13 +49,10 @@ def schema() -> None:
 
 
 def preview(
-    spec: Spec,
-    out: Annotated[Path, typer.Option(help="Contact sheet, .png.")] = Path("preview.png"),
-    samples: Annotated[int, typer.Option(min=1, help="Samples in the contact sheet.")] = 16,
-    frames: Frames = None,
-    seed: Seed = None,
-    backgrounds: Backgrounds = None,
-) -> None:
+    spec: Spec, out: Annotated[Path, typer.Option(help="Contact sheet, .png.")] = Path("preview.png"),
+    samples: Annotated[int, typer.Option(min=1, help="Samples in the contact sheet.")] = 16, frames: Frames = None,
+    seed: Seed = None, backgrounds: Backgrounds = None,
+) -> None:  # fmt: skip
     """Draw a contact sheet of a data set, before anything is made.
 
     Example: motionenv dataset preview tracking --samples 25 --out preview.png
@@ -79,13 +75,11 @@ def make(
     backgrounds: Backgrounds = None,
     format: Form = "webdataset",
     workers: Workers = None,
-    split: Annotated[
-        str | None,
-        typer.Option(help="Shares of parts with other people each: 0.8,0.1,0.1 writes train, validation, test."),
-    ] = None,
+    split: Annotated[str | None, typer.Option(
+        help="Shares of parts with other people each: 0.8,0.1,0.1 writes train, validation, test.")] = None,
     shards: Annotated[str | None, typer.Option(help="Only these: FIRST:STOP, as 0:100, for a job of an array.")] = None,
     resume: Annotated[str, typer.Option(help="Go on with what is there? never, always, if-possible.")] = "if-possible",
-) -> None:
+) -> None:  # fmt: skip
     """Make a data set, or what is missing of it. Ctrl-C stops it; the same command goes on.
 
     Exit codes: 0, all that was asked for is there; 3, some shards failed (listed on stderr, the others are whole); 130,

@@ -12,21 +12,16 @@ from motionenv.cli._shared import Fps, Unit, check_folder
 
 
 def evaluate(
-    agent: Annotated[
-        str,
-        typer.Argument(
-            help="mean-pose, blob, kalman, particle-filter, oracle, or module:factory, where factory(env) makes an "
-            "agent. In ActiveTracking: still, sweep, greedy, planner, oracle."
-        ),
-    ],
+    agent: Annotated[str, typer.Argument(
+        help="mean-pose, blob, kalman, particle-filter, oracle, or module:factory, where factory(env) makes an "
+        "agent. In ActiveTracking: still, sweep, greedy, planner, oracle.")],
     task: Annotated[str, typer.Option(help="Id of a task, such as motionenv/WalkerTracking-Easy-v1.")],
     split: Annotated[str, typer.Option(help="eval, ood, or train, on which to choose settings.")] = "eval",
     motion: Annotated[Path | None, typer.Option(help="Folder of motion capture, for split ood.")] = None,
-    fps: Fps = None,
-    unit: Unit = None,
+    fps: Fps = None, unit: Unit = None,
     episodes: Annotated[int, typer.Option(min=1, help="Number of episodes; their seeds are fixed.")] = 100,
     out: Annotated[Path | None, typer.Option(help="JSON file of the results.")] = None,
-) -> None:
+) -> None:  # fmt: skip
     """Score an agent on a named task.
 
     Example: motionenv evaluate blob --task motionenv/WalkerTracking-Easy-v1 --out results.json

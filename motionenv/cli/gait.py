@@ -18,14 +18,11 @@ def report(
     out: Annotated[Path, typer.Option(help="Output page, .html; .json and .csv are written beside it.")],
     fps: Fps = None, unit: Unit = None, up: Up = None, person: Person = None, map_: Map = None, static: Static = None,
     wands: Wands = "auto",
-    group: Annotated[
-        Path | None,
-        typer.Option(help="Reference: a folder of captures, or a file of --save-group; by default CMU's people."),
-    ] = None,
+    group: Annotated[Path | None, typer.Option(
+        help="Reference: a folder of captures, or a file of --save-group; by default CMU's people.")] = None,
     save_group: Annotated[Path | None, typer.Option(help="Write the band of --group to this file, .json.")] = None,
-    age: Annotated[
-        float | None, typer.Option(help="Age [years], to show published norms beside step parameters.")
-    ] = None,
+    age: Annotated[float | None, typer.Option(
+        help="Age [years], to show published norms beside step parameters.")] = None,
     sex: Annotated[str | None, typer.Option(help="female or male, for norms that part them.")] = None,
 ) -> None:  # fmt: skip
     """Write a gait report: step parameters, and joint angles over the gait cycle against a reference.
@@ -60,14 +57,12 @@ def report(
 def compare(
     folders: Annotated[list[Path], typer.Argument(help="One or two folders of captures.")],
     out: Annotated[Path, typer.Option(help="Output page, .html; .json and .csv are written beside it.")],
-    effect: Annotated[
-        str | None, typer.Option(help="speed, or a column of --people; by default the second folder over the first.")
-    ] = None,
+    effect: Annotated[str | None, typer.Option(
+        help="speed, or a column of --people; by default the second folder over the first.")] = None,
     adjust: Annotated[str, typer.Option(help="What is held constant: speed or columns, separated by commas.")] = "",
     people: Annotated[Path | None, typer.Option(help='Table, .csv, with a column "person" and others.')] = None,
-    paired: Annotated[
-        bool | None, typer.Option("--paired/--independent", help="Are equal labels in both folders the same people?")
-    ] = None,
+    paired: Annotated[bool | None, typer.Option(
+        "--paired/--independent", help="Are equal labels in both folders the same people?")] = None,
     side: Annotated[str, typer.Option(help="Whose strides: both, left or right.")] = "both",
     level: Annotated[float, typer.Option(min=0.5, max=0.999, help="Of the bands.")] = 0.95,
     fps: Fps = None, unit: Unit = None, map_: Map = None, wands: Wands = "auto",

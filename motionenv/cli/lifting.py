@@ -34,9 +34,8 @@ _PELVIS = MARKERS.index("pelvis")
 
 
 def lift(
-    points: Annotated[
-        Path, typer.Argument(help="2D points (a detector's file or folder, .trc, .csv), a film, or 3D capture.")
-    ],
+    points: Annotated[Path, typer.Argument(
+        help="2D points (a detector's file or folder, .trc, .csv), a film, or 3D capture.")],
     out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz or .trc.")],
     elevation: Annotated[str, typer.Option(help="Angle by which the camera looks down, in degrees, or unknown.")] = "0",
     project: Annotated[str | None, typer.Option(help="For 3D capture: the view to project it to.")] = None,
@@ -46,20 +45,16 @@ def lift(
     height: Annotated[float | None, typer.Option(help="The person's height [m]; by default an adult's.")] = None,
     camera: Annotated[Path | None, typer.Option(help="Calibrated camera (.json, .toml); by default guessed.")] = None,
     which: Annotated[str | None, typer.Option(help="Name of the camera in a .toml file.")] = None,
-    person: Annotated[
-        str | None,
-        typer.Option(help="Index of the person in a film or detector's file; 0,3 joins parts of one person."),
-    ] = None,
+    person: Annotated[str | None, typer.Option(
+        help="Index of the person in a film or detector's file; 0,3 joins parts of one person.")] = None,
     format: Annotated[str | None, typer.Option(help="Keypoints in JSON, such as halpe-26; else recognised.")] = None,
     size: Annotated[str | None, typer.Option(help="Picture, WIDTHxHEIGHT, if points are relative to it.")] = None,
     up: Annotated[bool, typer.Option("--up", help="Pixels are counted upwards.")] = False,
-    detector: Detector = "blazepose",
-    weights: Weights = None,
-    fps: Annotated[
-        float | None, typer.Option(help="Frame rate of points, or at which a film in slow motion was taken.")
-    ] = None,
+    detector: Detector = "blazepose", weights: Weights = None,
+    fps: Annotated[float | None, typer.Option(
+        help="Frame rate of points, or at which a film in slow motion was taken.")] = None,
     unit: Unit = None,
-) -> None:
+) -> None:  # fmt: skip
     """Lift people who walk, turn or run from the 2D points of one camera to 3D.
 
     People in films are detected by BlazePose (pip install 'motionenv[detect]').

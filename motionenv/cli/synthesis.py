@@ -29,9 +29,8 @@ from motionenv.cli._shared import (
 from motionenv.errors import MotionError
 
 _FILMS = (".mp4", ".gif", ".webp")
-Out = Annotated[
-    Path, typer.Option(help="Output file: a film (.mp4, .gif, .webp) or .bvh, .c3d, .csv, .glb, .mot, .npz, .trc.")
-]
+Out = Annotated[Path, typer.Option(
+    help="Output file: a film (.mp4, .gif, .webp) or .bvh, .c3d, .csv, .glb, .mot, .npz, .trc.")]  # fmt: skip
 
 
 def demo(
@@ -57,20 +56,16 @@ def synth(
     seconds: Annotated[float, typer.Option(help="Duration in seconds.")] = 10.0,
     fps: Annotated[float, typer.Option(help="Frames per second.")] = 30.0,
     seed: Seed = 0,
-    speed: Annotated[
-        str | None,
-        typer.Option(help="Speed [m/s], or TIME:SPEED ..., as '0:0 1:1.3 6:1.3 7:0'; by default the walker's."),
-    ] = None,
-    path: Annotated[
-        str | None, typer.Option(help="arc:RADIUS,DEGREES; points 'X,Y X,Y ...' [m]; or a file of them (.csv).")
-    ] = None,
-    deviations: Annotated[
-        str | None, typer.Option(help="The walker, in standard deviations per component, as 1,0,-2; by default random.")
-    ] = None,
+    speed: Annotated[str | None, typer.Option(
+        help="Speed [m/s], or TIME:SPEED ..., as '0:0 1:1.3 6:1.3 7:0'; by default the walker's.")] = None,
+    path: Annotated[str | None, typer.Option(
+        help="arc:RADIUS,DEGREES; points 'X,Y X,Y ...' [m]; or a file of them (.csv).")] = None,
+    deviations: Annotated[str | None, typer.Option(
+        help="The walker, in standard deviations per component, as 1,0,-2; by default random.")] = None,
     view: View = "side",
     size: Size = "640x480",
     **walk: Unpack[WalkArguments],
-) -> None:
+) -> None:  # fmt: skip
     """Synthesise a walk, as a film or a motion file.
 
     Example: motionenv synth walk/fpca --seconds 5 --speed 1.4 --path arc:3,90 --seed 3 --out walk.bvh
@@ -91,16 +86,14 @@ def sample(
     start: Annotated[str | None, typer.Option(help="Initial activity; by default any.")] = None,
     seconds: Annotated[float, typer.Option(help="Duration in seconds.")] = 10.0,
     temperature: Annotated[float, typer.Option(help="Near 0 the most similar motion follows, at 1 almost any.")] = 0.05,
-    seed: Seed = 0,
-    method: Annotated[str, typer.Option(help="Search: exact, or tree as in the paper.")] = "exact",
+    seed: Seed = 0, method: Annotated[str, typer.Option(help="Search: exact, or tree as in the paper.")] = "exact",
     activity: Annotated[str | None, typer.Option(help="Target activity.")] = None,
     heading: Annotated[float | None, typer.Option(help="Target heading in degrees; 90 is left.")] = None,
     speed: Annotated[float | None, typer.Option(help="Target speed [m/s].")] = None,
     blend: Annotated[bool, typer.Option("--blend/--no-blend", help="Blend transitions between clips.")] = True,
     contact: Annotated[bool, typer.Option("--contact/--no-contact", help="Keep stance feet in place.")] = True,
-    view: View = "side",
-    size: Size = "640x480",
-) -> None:
+    view: View = "side", size: Size = "640x480",
+) -> None:  # fmt: skip
     """Synthesise motion of any length from a motion tree, as a film or a motion file.
 
     Example: motionenv sample --tree mixed/tree --start walk --seconds 10 --temperature 0.5 --out run.mp4
@@ -126,15 +119,11 @@ def sample(
 def render(
     motion: Annotated[Path, typer.Argument(help="Motion file: .npz, or motion capture, which is retargeted.")],
     out: Annotated[Path, typer.Option(help="Output file: .mp4, .gif, .webp, or a folder for PNG frames.")],
-    view: View = "side",
-    size: Size = "640x480",
+    view: View = "side", size: Size = "640x480",
     points: Annotated[bool, typer.Option("--points", help="Point lights instead of a body.")] = False,
     still: Annotated[bool, typer.Option("--still", help="Use a static camera instead of a following one.")] = False,
-    fps: Fps = None,
-    unit: Unit = None,
-    map_: Map = None,
-    fill: Fill = False,
-) -> None:
+    fps: Fps = None, unit: Unit = None, map_: Map = None, fill: Fill = False,
+) -> None:  # fmt: skip
     """Render a motion to a film.
 
     Limbs that the capture doesn't show aren't drawn; --fill estimates them.

@@ -27,58 +27,42 @@ _SHOWN = 30  # particles shown in the film
 
 def track(
     out: Annotated[Path, typer.Option(help="Film of the track: .mp4, .gif or .webp.")],
-    env: Annotated[
-        str | None, typer.Option(help="Environment: walker, arm, or an id such as motionenv/WalkerTracking-Hard-v1.")
-    ] = None,
-    video: Annotated[
-        Path | None, typer.Option(help="Video to track instead: somebody who walks, a static camera.")
-    ] = None,
+    env: Annotated[str | None, typer.Option(
+        help="Environment: walker, arm, or an id such as motionenv/WalkerTracking-Hard-v1.")] = None,
+    video: Annotated[Path | None, typer.Option(
+        help="Video to track instead: somebody who walks, a static camera.")] = None,
     camera: Annotated[Path | None, typer.Option(help="Camera of the video (.json, .toml); by default guessed.")] = None,
     which: Annotated[str | None, typer.Option(help="Name of the camera in a .toml file.")] = None,
     background: Annotated[Path | None, typer.Option(help="Video of the background without the person.")] = None,
-    height: Annotated[
-        float | None, typer.Option(help="Body height in a video [m]; by default estimated with --camera, else 1.75.")
-    ] = None,
-    tracker: Annotated[
-        str | None,
-        typer.Option(
-            help="Motion prior; of videos, in gaps: fpca (default), tree, constant-velocity (default of arms)."
-        ),
-    ] = None,
-    model: Annotated[
-        str | None, typer.Option(help="Name or file of the prior's model; by default a packaged one.")
-    ] = None,
+    height: Annotated[float | None, typer.Option(
+        help="Body height in a video [m]; by default estimated with --camera, else 1.75.")] = None,
+    tracker: Annotated[str | None, typer.Option(
+         help="Motion prior; of videos, in gaps: fpca (default), tree, constant-velocity (default of arms)." )] = None,
+    model: Annotated[str | None, typer.Option(
+        help="Name or file of the prior's model; by default a packaged one.")] = None,
     particles: Annotated[int, typer.Option(min=2, help="Number of particles.")] = 2000,
-    start: Annotated[
-        str | None,
-        typer.Option(help="First pose in an environment: automatic (default), or given by the truth (arms)."),
-    ] = None,
+    start: Annotated[str | None, typer.Option(
+        help="First pose in an environment: automatic (default), or given by the truth (arms).")] = None,
     frames: Annotated[int | None, typer.Option(min=1, help="Frames of an environment; by default its own.")] = None,
-    smooth: Annotated[
-        bool, typer.Option("--smooth", help="Show and write what all frames together tell about each: fpca only.")
-    ] = False,
+    smooth: Annotated[bool, typer.Option(
+        "--smooth", help="Show and write what all frames together tell about each: fpca only.")] = False,
     seconds: Annotated[float | None, typer.Option(help="Longest duration of a video [s]; by default 60.")] = None,
-    person: Annotated[
-        str | None,
-        typer.Option(help="Whom to follow in a video: a number, all in turn, or list (only print who is seen)."),
-    ] = None,
+    person: Annotated[str | None, typer.Option(
+        help="Whom to follow in a video: a number, all in turn, or list (only print who is seen).")] = None,
     box: Annotated[str | None, typer.Option(help="X,Y,W,H in pixels: follow who is in this box of a video.")] = None,
     point: Annotated[str | None, typer.Option(help="X,Y in pixels: follow who is at this point of a video.")] = None,
     at: Annotated[float | None, typer.Option(help="Moment of --box or --point [s]; by default any.")] = None,
     region: Annotated[str | None, typer.Option(help="X,Y,W,H in pixels: follow only who is in this part.")] = None,
-    detections: Annotated[
-        Path | None, typer.Option(help="Keypoints of everybody in a video, a file or a folder; else detected.")
-    ] = None,
+    detections: Annotated[Path | None, typer.Option(
+        help="Keypoints of everybody in a video, a file or a folder; else detected.")] = None,
     detector: Detector = "blazepose",
     weights: Weights = None,
-    fps: Annotated[
-        float | None, typer.Option(help="Frame rate at which to track a video; by default its own, up to 31.")
-    ] = None,
-    motion: Annotated[
-        Path | None, typer.Option(help="Also write the track: .npz, .bvh, .c3d, .csv, .glb, .mot or .trc.")
-    ] = None,
+    fps: Annotated[float | None, typer.Option(
+        help="Frame rate at which to track a video; by default its own, up to 31.")] = None,
+    motion: Annotated[Path | None, typer.Option(
+        help="Also write the track: .npz, .bvh, .c3d, .csv, .glb, .mot or .trc.")] = None,
     seed: Seed = 0,
-) -> None:
+) -> None:  # fmt: skip
     """Track a person with a particle filter, and film the track.
 
     In an environment the tracker observes what the id says, in walker and arm exact silhouettes, and is the agent of

@@ -241,11 +241,9 @@ class SimulatedTrackingVector(TrackingVectorEnv):
 
     def __init__(self, arguments: Any) -> None:
         super().__init__(
-            arguments.world(checked_whole(arguments.num_envs, "num_envs", 1)),
-            render_mode=arguments.render_mode,
-            lost_after=arguments.lost_after,
-            autoreset_mode=arguments.autoreset_mode,
-        )
+            arguments.world(checked_whole(arguments.num_envs, "num_envs", 1)), render_mode=arguments.render_mode,
+            lost_after=arguments.lost_after, autoreset_mode=arguments.autoreset_mode,
+        )  # fmt: skip
         self.arguments = arguments
 
     def _attribute(self, name: str, slot: int) -> Any:

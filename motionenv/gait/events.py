@@ -83,10 +83,8 @@ def find_events(feet: Feet, recording: Recording | None = None, method: str = "a
     checked_choice(method, "method", METHODS)
     recording = recording or Recording()
     found = {
-        "file": recording.events,
-        "plates": plate_events(recording.plates, feet),
-        "kinematics": kinematic_events(feet),
-    }
+        "file": recording.events, "plates": plate_events(recording.plates, feet), "kinematics": kinematic_events(feet),
+    }  # fmt: skip
     notes: tuple[str, ...] = ()
     if method != "auto":
         found = {method: found[method]}

@@ -42,16 +42,14 @@ class Parameter(OneLine):
 
 #: What is measured on each stride: name, unit, and its value from the stride.
 _OF_STRIDES: tuple[tuple[str, str, Callable[[Stride], float]], ...] = (
-    ("stride_length", "m", lambda s: s.length),
-    ("step_length", "m", lambda s: s.step_length),
-    ("step_width", "m", lambda s: s.step_width),
-    ("stride_time", "s", lambda s: s.seconds),
+    ("stride_length", "m", lambda s: s.length), ("step_length", "m", lambda s: s.step_length),
+    ("step_width", "m", lambda s: s.step_width), ("stride_time", "s", lambda s: s.seconds),
     ("step_time", "s", lambda s: s.end - s.opposite_contact),
     ("stance", "%", lambda s: 100 * (s.toe_off - s.start) / s.seconds),
     ("swing", "%", lambda s: 100 * (s.end - s.toe_off) / s.seconds),
     ("single_support", "%", lambda s: 100 * (s.opposite_contact - s.opposite_off) / s.seconds),
     ("double_support", "%", lambda s: 100 * (s.opposite_off - s.start + s.toe_off - s.opposite_contact) / s.seconds),
-)
+)  # fmt: skip
 
 #: What concerns both sides at once.
 _OF_BOTH: tuple[tuple[str, str, Callable[[Stride], float]], ...] = (

@@ -33,10 +33,8 @@ __all__ = ["MODELS", "Walks", "fit", "read_walks"]
 _SAME_PERSON = {"37": "12", "38": "07"}
 #: Classes of the models that `fit` knows, by name.
 MODELS: dict[str, type[GaitModel]] = {
-    "walk/fpca": WalkingModel,
-    "walk/eigenwalkers": Eigenwalkers,
-    "walk/prior": WalkerPrior,
-}
+    "walk/fpca": WalkingModel, "walk/eigenwalkers": Eigenwalkers, "walk/prior": WalkerPrior,
+}  # fmt: skip
 
 _CMU_CARD = {
     "data": "overground walks of the CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu)",
@@ -45,11 +43,9 @@ _CMU_CARD = {
     "intended use": "{} of walking; learned from few people",
 }
 _UNKNOWN_CARD = {
-    "data": "walks from files of unknown origin",
-    "data licence": "not stated: ask the source of the capture",
-    "model licence": "not stated: it depends on the licence of the capture",
-    "intended use": "{} of walking",
-}
+    "data": "walks from files of unknown origin", "data licence": "not stated: ask the source of the capture",
+    "model licence": "not stated: it depends on the licence of the capture", "intended use": "{} of walking",
+}  # fmt: skip
 _OF_WALKS = ("motions", "markers", "subjects", "strides")
 _USES = dict.fromkeys(MODELS, "synthesis and tracking") | {"walk/prior": "3D from 2D points, and synthesis,"}
 

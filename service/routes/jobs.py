@@ -27,13 +27,10 @@ _SANDBOX = {
     "Content-Security-Policy": "sandbox allow-downloads; default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 }
 Id = Annotated[str, Path(min_length=1, max_length=64, description="Id of the job.")]
-Key = Annotated[
-    str | None,
-    Header(
-        alias="Idempotency-Key", min_length=1, max_length=255,
-        description="A request repeated with the same key returns the same job.",
-    ),
-]  # fmt: skip
+Key = Annotated[str | None, Header(
+    alias="Idempotency-Key", min_length=1, max_length=255,
+    description="A request repeated with the same key returns the same job.",
+)]  # fmt: skip
 #: OpenAPI of the response to a request for a job.
 ACCEPTED: dict[int | str, dict[str, Any]] = {202: {
     "model": schemas.JobStatus, "description": "The job is queued.",

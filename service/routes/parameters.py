@@ -29,11 +29,9 @@ _BYTES: dict[int | str, dict[str, Any]] = {
 
 
 @router.get(
-    "/models/{group}/{name}/parameters",
-    summary="A model's mean, components and body",
-    response_class=Response,
+    "/models/{group}/{name}/parameters", summary="A model's mean, components and body", response_class=Response,
     responses={**_BYTES, **documented(401, 404, 422, 429, 503, 504)},
-)
+)  # fmt: skip
 async def get_parameters(request: Request, group: Group, name: Name) -> Response:
     """The model's Fourier series, traits and body; `POST /v1/cycles` makes whole strides of them.
 

@@ -28,11 +28,9 @@ _BYTES: dict[int | str, dict[str, Any]] = {
 
 
 @router.post(
-    "/stimuli",
-    summary="A set of point-light stimuli",
-    response_class=Response,
+    "/stimuli", summary="A set of point-light stimuli", response_class=Response,
     responses={**_BYTES, **documented(400, 401, 404, 406, 412, 413, 415, 422, 429, 500, 503, 504)},
-)
+)  # fmt: skip
 async def make_stimuli(request: Request, asked: StimuliRequest) -> Response:
     """Point-light walkers as experiments on perception show them, as a ZIP archive that comes while it is made.
 

@@ -8,24 +8,16 @@ from pydantic import BaseModel, ConfigDict, Field, create_model
 from motionenv.arguments import ARGUMENTS, WALK_ARGUMENTS, Argument, Choice
 
 #: A model's name.
-ModelName = Annotated[
-    str,
-    Field(
-        pattern=r"^[a-z0-9]+/[a-z0-9][a-z0-9-]{0,62}$",
-        description="Name of a model; `GET /v1/models` lists them.",
-        examples=["walk/fpca"],
-    ),
-]
+ModelName = Annotated[str, Field(
+    pattern=r"^[a-z0-9]+/[a-z0-9][a-z0-9-]{0,62}$",
+    description="Name of a model; `GET /v1/models` lists them.", examples=["walk/fpca"],
+)]  # fmt: skip
 
-Seed = Annotated[
-    int | None,
-    Field(
-        ge=0, le=2**63 - 1,
-        description="Seed of the random generator: the same seed gives the same bytes. If missing, the service draws "
-        "one and returns it in the header `Motion-Seed`.",
-        examples=[1],
-    ),
-]  # fmt: skip
+Seed = Annotated[int | None, Field(
+    ge=0, le=2**63 - 1, examples=[1],
+    description="Seed of the random generator: the same seed gives the same bytes. If missing, the service draws "
+    "one and returns it in the header `Motion-Seed`.",
+)]  # fmt: skip
 
 
 class Request(BaseModel):

@@ -131,13 +131,10 @@ class ReportFields(ReadFields):
         "text/html", description="Media type of the result: a page with figures, or its numbers."
     )
     static: str | None = Field(
-        None,
-        min_length=1,
-        max_length=255,
+        None, min_length=1, max_length=255, examples=["standing.c3d"],
         description="Name of the uploaded file that holds the static trial, which calibrates the joint centres; it "
         "isn't reported on.",
-        examples=["standing.c3d"],
-    )
+    )  # fmt: skip
     wands: Literal["auto", "use", "ignore"] = Field(
         "auto", description="The markers on thighs and shanks; auto leaves out those that can't be right."
     )

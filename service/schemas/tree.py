@@ -12,9 +12,8 @@ from service.schemas.synthesis import Picture
 Number = Annotated[float, Field(ge=-1e6, le=1e6)]
 Pose = Annotated[list[Number], Field(min_length=25, max_length=25)]
 Activity = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$")]
-Method = Annotated[
-    Literal["exact", "tree"], Field(description="exact: draws from p(i | t); tree: the paper's probabilistic search.")
-]
+Method = Annotated[Literal["exact", "tree"], Field(
+    description="exact: draws from p(i | t); tree: the paper's probabilistic search.")]  # fmt: skip
 
 
 class FromTree(Request):

@@ -42,11 +42,9 @@ def _limb(at: int, signs: tuple[float, float, float], hinge: float, side: str) -
 
 
 LIMBS = (
-    _limb(9, (-1, 1, -1), -1, "left"),
-    _limb(13, (-1, -1, 1), -1, "right"),
-    _limb(17, (-1, 1, -1), 1, "left"),
+    _limb(9, (-1, 1, -1), -1, "left"), _limb(13, (-1, -1, 1), -1, "right"), _limb(17, (-1, 1, -1), 1, "left"),
     _limb(21, (-1, -1, 1), 1, "right"),
-)
+)  # fmt: skip
 
 # From these lengths on, directions are taken exactly; below, they are averaged. Chosen on CMU's walks, whose files
 # hold the rotation of thigh and upper arm as the capture system solved it from markers on them, and for the legs on

@@ -153,13 +153,11 @@ def _annotation(mask: np.ndarray, pixels: np.ndarray, seen: np.ndarray, face: np
     face = np.where(face[:, 2:] > 0, np.round(face, 2), 0)
     keypoints = np.concatenate([face, markers[_BODY]])
     return {
-        "bbox": [left, top, int(columns[-1]) - left + 1, int(rows[-1]) - top + 1],
-        "area": int(mask.sum()),
+        "bbox": [left, top, int(columns[-1]) - left + 1, int(rows[-1]) - top + 1], "area": int(mask.sum()),
         "segmentation": {"size": list(mask.shape), "counts": run_lengths(mask)},
-        "num_keypoints": int((keypoints[:, 2] > 0).sum()),
-        "keypoints": _numbers(keypoints),
+        "num_keypoints": int((keypoints[:, 2] > 0).sum()), "keypoints": _numbers(keypoints),
         "markers": _numbers(markers),
-    }
+    }  # fmt: skip
 
 
 def run_lengths(mask: np.ndarray) -> list[int]:

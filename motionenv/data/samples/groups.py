@@ -116,9 +116,7 @@ class Passers:
         everybody = (part[:, which] for part in (self.poses, self.offsets, self.radii, self.heights))
         faces = [_face(self.views, which, poses, body, drawn) for poses, *body in zip(*everybody, strict=True)]
         return {
-            "others_poses": self.poses[:, which].swapaxes(0, 1),
-            "others_joints": self.joints[:, which].swapaxes(0, 1),
-            "others_pixels": pixels,
-            "others_visibility": seen,
+            "others_poses": self.poses[:, which].swapaxes(0, 1), "others_joints": self.joints[:, which].swapaxes(0, 1),
+            "others_pixels": pixels, "others_visibility": seen,
             "others_face": np.stack(faces, axis=1) if faces else np.zeros((len(which), 0, frames, 5, 3)),
-        }
+        }  # fmt: skip

@@ -48,10 +48,8 @@ def write_report(
         band=reference, age=age, sex=sex, on_step=on_step,
     )  # fmt: skip
     contents = {
-        out: page(session),
-        out.with_suffix(".json"): to_json(session),
-        out.with_suffix(".csv"): to_csv(session),
-    }
+        out: page(session), out.with_suffix(".json"): to_json(session), out.with_suffix(".csv"): to_csv(session),
+    }  # fmt: skip
     for path, text in contents.items():
         with atomic_write(path) as temporary:
             Path(temporary).write_text(text, encoding="utf-8")

@@ -18,11 +18,9 @@ _PLAUSIBLE_STATURE = (0.6, 2.3)  # [m]
 
 #: Field of `Side`: parameter of Plug-in Gait, without the side's letter.
 _LENGTHS = {
-    "leg_length": "LEGLENGTH",
-    "knee_width": "KNEEWIDTH",
-    "ankle_width": "ANKLEWIDTH",
+    "leg_length": "LEGLENGTH", "knee_width": "KNEEWIDTH", "ankle_width": "ANKLEWIDTH",
     "asis_trochanter": "ASISTROCANTERDISTANCE",
-}
+}  # fmt: skip
 _OFFSETS = {"plantar_flexion": "STATICPLANTFLEX", "foot_rotation": "STATICROTOFF"}
 _TURNS = {"tibial_torsion": "TIBIALTORSION", "thigh_rotation": "THIGHROTATION", "shank_rotation": "SHANKROTATION"}
 # Angles beyond this are in degrees [rad]: the line from toe to heel is at most 35 degrees from that to the ankle, and

@@ -45,11 +45,9 @@ _FLEXED = np.radians(25.0)  # bend of a knee beyond which its points show its ax
 # ankle, and as which value of that part.
 _COMFORTABLE = 1.3
 _KNEE: dict[str, tuple[float, float, float, tuple[float, float], Callable[[np.ndarray], float]]] = {
-    "initial contact": (5.0, 0.0, 2.0, (0.01, 0.06), np.mean),
-    "loading": (18.0, 8.0, 3.0, (0.05, 0.30), np.max),
-    "terminal stance": (5.0, 0.0, 2.0, (0.25, 0.60), np.min),
-    "swing": (60.0, 6.0, 3.0, (0.6, 0.9), np.max),
-}
+    "initial contact": (5.0, 0.0, 2.0, (0.01, 0.06), np.mean), "loading": (18.0, 8.0, 3.0, (0.05, 0.30), np.max),
+    "terminal stance": (5.0, 0.0, 2.0, (0.25, 0.60), np.min), "swing": (60.0, 6.0, 3.0, (0.6, 0.9), np.max),
+}  # fmt: skip
 # Rule 2, as standard deviations of people [m], and of the thigh's length relative to the shank's; and of what the
 # skeleton's maker got wrong [m].
 _HIP_HEIGHT = (ANKLE_HEIGHT + LEG_SHARE) / (ANKLE_HEIGHT + LEG_SHARE + TRUNK_SHARE)

@@ -29,11 +29,9 @@ _FINGERS = tuple(
 )  # fmt: skip
 #: Joints of SMPL, SMPL-H and SMPL-X by their number, and those of the body alone, which all have in common.
 JOINTS = {
-    22: _BODY,
-    24: (*_BODY, "left_hand", "right_hand"),
-    52: (*_BODY, *_FINGERS),
+    22: _BODY, 24: (*_BODY, "left_hand", "right_hand"), 52: (*_BODY, *_FINGERS),
     55: (*_BODY, "jaw", "left_eye", "right_eye", *_FINGERS),
-}
+}  # fmt: skip
 _POSITIONS = ("joints", "Jtr", "jtr", "joint_positions", "joints3d", "joints_3d", "keypoints3d")
 _RATES = ("mocap_framerate", "mocap_frame_rate", "framerate", "frame_rate", "fps")
 _PARTS = ("root_orient", "pose_body")  # of `poses`, in this order
