@@ -27,7 +27,7 @@ def played(env, seed, **options):
     return agent, beliefs, np.array(errors)
 
 
-@pytest.mark.parametrize("seed", [2, 3, 7])
+@pytest.mark.parametrize("seed", [2, 5, 7])
 def test_a_walker_is_found_once_the_background_is_known(seed):
     agent, beliefs, errors = played(WalkerTracking(**CLUTTER, camera="side"), seed, keep=True)
     assert errors[:6].mean() > 1.0
