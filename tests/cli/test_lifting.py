@@ -13,6 +13,7 @@ from motionenv.body import markers
 from motionenv.cli.lifting import _steadied
 from motionenv.lifting import project_markers
 from motionenv.metrics import pelvis_mpjpe
+from motionenv.mocap import to_markers
 from motionenv.mocap.keypoints import DetectorErrors
 from motionenv.mocap.keypoints.points2d import write_points
 from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
@@ -304,6 +305,15 @@ def test_a_film_goes_from_pixels_to_a_lifted_walk(run, tmp_path, blazepose):
     true, got = markers(poses, made.skeleton), markers(found.poses, found.skeleton)
     off = np.linalg.norm(got - got[:, 2:3] - true + true[:, 2:3], axis=-1)
     assert np.nanmean(off) < 0.09
+
+
+def test_a_picture_that_was_made_narrower_is_doubted(run, mocap, tmp_path):
+    walk = to_markers(motionenv.read(mocap / "cmu_asfamc/07/07_01.amc", fps=120)).positions[::4]
+    seen = fit_view(walk, 0.6, elevation=0.1).project(walk)[0]
+    for ratio, doubted in ((1, False), (9 / 16, True)):
+        write_points(Points(seen * [ratio, 1], 30, "px"), tmp_path / "points.csv")
+        result = run("lift", "points.csv", "--elevation", "6", "--out", "walk.npz")
+        assert ("warning: people look as if their picture had been made narrower" in result.out) == doubted, result.out
 
 
 def test_a_report_and_a_table_of_angles(run, walked, tmp_path):

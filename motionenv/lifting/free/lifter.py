@@ -326,7 +326,10 @@ def _doubt(network: PostureNetwork, points: Points, camera, distortion, elevatio
     return float(np.log(propose(network, shown, points.fps / stride).spread).mean())
 
 
-def picture_shape(network: PostureNetwork, points: Points, camera, distortion, elevation: float) -> int:
+def picture_shape(
+    network: PostureNetwork, points: Points, camera: Camera | Sequence[Camera] | np.ndarray | None,
+    distortion: Sequence[float] | None, elevation: float,
+) -> int:  # fmt: skip
     """`FreeFit.shape`, by the network's doubt of `points` and of wider and narrower ones; 0 of less than a second."""
     doubt = partial(_doubt, network, camera=camera, distortion=distortion, elevation=elevation)
     middle, given = np.nanmean(points.positions, axis=(0, 1)) * [1, 0], doubt(points)
