@@ -157,5 +157,5 @@ class ClutterTrack:
     def _evidence(self, beliefs: list[Belief]) -> float:
         """Log evidence of the frames of `beliefs`; minus infinity if who is believed has gone too far."""
         centre = self._searching.camera.centre[:2]
-        away = np.log(np.linalg.norm(beliefs[-1].mean[:2] - centre) / np.linalg.norm(centre))
-        return sum(belief.log_evidence for belief in beliefs) if abs(away) < _FAR else -np.inf
+        away, usual = np.log(np.maximum(np.linalg.norm([beliefs[-1].mean[:2] - centre, centre], axis=1), 0.1))
+        return sum(belief.log_evidence for belief in beliefs) if abs(away - usual) < _FAR else -np.inf

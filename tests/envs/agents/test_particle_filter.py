@@ -108,14 +108,20 @@ def test_who_is_followed_wrongly_is_found_again(seed, turned, nearer):
     assert len(agent.smoothed(30)[0]) == 60
 
 
-def test_only_who_fits_badly_or_is_lost_is_searched_for(monkeypatch):
-    searched = []
+@pytest.fixture
+def searched(monkeypatch):
+    """Numbers of pictures of the searches that are made."""
+    counts = []
 
     def counted(*seen, **options):
-        searched.append(len(seen[1]))
+        counts.append(len(seen[1]))
         return automatic_start(*seen, **options)
 
     monkeypatch.setattr(searching, "automatic_start", counted)
+    return counts
+
+
+def test_only_who_fits_badly_or_is_lost_is_searched_for(searched):
     env = WalkerTracking(**{**SMALL, "size": 64, "horizon": 60, "start": "near"})
     agent = TrackingAgent(env, n=500, start=truth_start, seed=0)
     observation, _ = env.reset(seed=1)
@@ -131,14 +137,7 @@ def test_only_who_fits_badly_or_is_lost_is_searched_for(monkeypatch):
     assert agent.beliefs[0].recovered
 
 
-def test_only_pictures_of_nobody_are_left_out_of_the_start(monkeypatch):
-    searched = []
-
-    def counted(*seen, **options):
-        searched.append(len(seen[1]))
-        return automatic_start(*seen, **options)
-
-    monkeypatch.setattr(searching, "automatic_start", counted)
+def test_only_pictures_of_nobody_are_left_out_of_the_start(searched):
     env = WalkerTracking(**SMALL)
     env.reset(seed=1)
     agent = TrackingAgent(env, n=100, seed=0)
