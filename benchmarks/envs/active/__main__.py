@@ -1,12 +1,14 @@
-"""Agents in ActiveTracking: rewards on split "eval", and what looking is worth, with 95 % intervals.
+"""Agents in ActiveTracking: rewards, and what looking is worth, with 95 % intervals.
 
     motionenv bench envs.active [--episodes 256] [--levels Easy Medium Hard] [--learned ppo=ppo.pt]
+    motionenv bench envs.active --split train --episodes 64 --levels Hard --change pillars=8 turn_seconds=12
 
 All share the estimator (`motionenv.envs.active.Beliefs`), episodes and seeds, so that differences between them are
 paired by episode and come from looking. Rewards are also given as shares of the range from the still camera to the
-oracle, who knows where everybody is. Settings were chosen on split "train", those of the sweep by
-`motionenv bench envs.active.open_loop`; networks come from `ppo`. "myopic" is the planner with rollouts of 0.4 s,
-"index" has none and takes what is most worthwhile at once. `--strip FILE` writes frames of the planner instead.
+oracle, who knows where everybody is. `--change` tells what a level's settings do. Settings were chosen on split
+"train", those of the sweep by `motionenv bench envs.active.open_loop`; networks come from `ppo`. "myopic" is the
+planner with rollouts of 0.4 s, "index" has none and takes what is most worthwhile at once. `--strip FILE` writes frames
+of the planner instead.
 """
 
 from pathlib import Path
@@ -48,11 +50,12 @@ def interval(values: np.ndarray, digits: int = 3) -> str:
     return f"{mean:.{digits}f} ({mean - half:.{digits}f} to {mean + half:.{digits}f})"
 
 
-def table(makers: dict, episodes: int, level: str, seed: int = 1) -> None:
+def table(makers: dict, episodes: int, level: str, split: str, change: dict[str, float]) -> None:
     """Print a row for each policy: rewards, errors, shares of the range, and what the planner has more of it."""
-    print(f"\n{level}, {episodes} episodes of split eval\n")
+    changed = "".join(f", {name}={value:g}" for name, value in change.items())
+    print(f"\n{level}{changed}, {episodes} episodes of split {split}\n")
     print("| policy | reward per estimate [m] | error [m] | share of the range | planner's share more |\n|-|-|-|-|-|")
-    found = {name: played(make, episodes, level, seed) for name, make in makers.items()}
+    found = {name: played(make, episodes, level, split, change) for name, make in makers.items()}
     low, high = (found[name][0].mean() for name in ("still", "oracle"))
     for name, (rewards, error) in found.items():
         share = (rewards - low) / (high - low)
@@ -61,10 +64,11 @@ def table(makers: dict, episodes: int, level: str, seed: int = 1) -> None:
         print(f"| {name} | {interval(rewards)} | {error:.2f} | {share.mean():.3f} | {better} |", flush=True)
 
 
-def played(make, episodes: int, level: str, seed: int = 1) -> tuple[np.ndarray, float]:
+def played(make, episodes: int, level: str, split: str, change: dict[str, float]) -> tuple[np.ndarray, float]:
     """Mean rewards (episodes,) of a policy, and its mean error [m]."""
-    env = gymnasium.make_vec(f"motionenv/ActiveTracking-{level}-v1", num_envs=min(ENVS, episodes), split="eval")
-    scores = evaluate(env, make(env), episodes, seed=seed)
+    name = f"motionenv/ActiveTracking-{level}-v2"
+    env = gymnasium.make_vec(name, num_envs=min(ENVS, episodes), split=split, **change)
+    scores = evaluate(env, make(env), episodes, seed=1)
     return scores.returns / scores.lengths, float(scores.errors.mean())
 
 
@@ -72,7 +76,7 @@ def strip(path: Path, rows: int, first: int = 200, seed: int = 3) -> None:
     """Write frames of the planner, two seconds apart, each row the square from above and the camera's view."""
     from PIL import Image
 
-    env = gymnasium.make("motionenv/ActiveTracking-Medium-v1", render_mode="rgb_array", split="eval")
+    env = gymnasium.make("motionenv/ActiveTracking-Medium-v2", render_mode="rgb_array", split="eval")
     planner = Planner(env)
     observation, _ = env.reset(seed=seed)
     planner.reset(observation)
@@ -84,11 +88,19 @@ def strip(path: Path, rows: int, first: int = 200, seed: int = 3) -> None:
     Image.fromarray(np.concatenate([np.pad(f, ((0, 4), (0, 0), (0, 0))) for f in frames])).save(path)
 
 
+def setting(said: str) -> tuple[str, float]:
+    """Name and value of a setting such as pillars=8."""
+    name, value = said.split("=")
+    return name, float(value) if "." in value else int(value)
+
+
 def main() -> None:
     """Print the tables, or write the picture."""
     parser = Arguments(__doc__)
     parser.add_argument("--episodes", type=int, default=256, quick=2)
     parser.add_argument("--levels", nargs="+", choices=LEVELS, default=LEVELS)
+    parser.add_argument("--split", choices=("train", "eval"), default="eval")
+    parser.add_argument("--change", nargs="*", type=setting, default=[], metavar="NAME=VALUE", help="of the level")
     parser.add_argument("--policies", nargs="+", choices=tuple(POLICIES), default=list(POLICIES))
     parser.add_argument("--learned", nargs="*", default=[], metavar="NAME=FILE")
     parser.add_argument("--strip", type=Path, metavar="FILE", help="write a picture instead")
@@ -104,7 +116,7 @@ def main() -> None:
         name, path = pair.split("=")
         makers[name] = policy(path)
     for level in arguments.levels:
-        table(makers, arguments.episodes, level)
+        table(makers, arguments.episodes, level, arguments.split, dict(arguments.change))
     return None
 
 
