@@ -5,9 +5,10 @@
 CMU's walkers as in `benchmarks.tracking`, 60 frames, first pose and body given, tracked by an `FPCAPrior` fitted to the
 other people, and then smoothed to 200 trajectories (`ParticleFilter.smoothed`). Rows: the person in full view, without
 the person in frames 20 to 29, and behind three occluders (there with misses 0.49 and false alarms 0.02, the rates of
-`TrackingAgent` for people behind things). Errors are mean distances of the 15 joints; in brackets behind the ratio is
-its 95 % interval over episodes. Bands are shares of truths in central 90 % bands: of the distance from the camera, and
-of the coordinates of the joints.
+`TrackingAgent` for people behind things). Errors are mean distances of the 15 joints; in brackets behind ratios are
+95 % intervals over episodes. "Steady" is what of the filter's error is alike in all frames, the norm of each joint's
+mean error, and "varying" compares what remains of both without it. Bands are shares of truths in central 90 % bands: of
+the distance from the camera, and of the coordinates of the joints.
 """
 
 import multiprocessing
@@ -18,7 +19,7 @@ import numpy as np
 from benchmarks import Arguments, headline
 from benchmarks.tracking.episode import TRACKERS, Task, first, rates, seen
 from benchmarks.tracking.people import read_people
-from benchmarks.tracking.tables import ratio
+from benchmarks.tracking.tables import cell, ratio
 from motionenv.body import markers
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.tracking import ParticleFilter
@@ -32,13 +33,13 @@ ROWS = {
 }
 
 HEAD = (
-    "| person | filtered [mm] | smoothed [mm] | smoothed / filtered | distance in its band: filtered, smoothed | "
-    "coordinates: filtered, smoothed |\n|-|-|-|-|-|-|"
+    "| person | filtered [mm] | smoothed [mm] | smoothed / filtered | steady [mm] | varying: smoothed / filtered | "
+    "distance in its band: filtered, smoothed | coordinates: filtered, smoothed |\n|-|-|-|-|-|-|-|-|"
 )
 
 
 def play(task: Task) -> np.ndarray:
-    """Error [m], and shares of distances and of coordinates in their bands, (2, 3): filtered, and smoothed."""
+    """Filtered and smoothed (2, 5): `_measured`."""
     episode = seen(task)
     body, camera = episode.truths[0]["skeleton"], episode.truths[0]["camera"]
     likelihood = SilhouetteLikelihood(camera, body, threads=1, **rates(task))
@@ -54,11 +55,14 @@ def play(task: Task) -> np.ndarray:
 
 
 def _measured(poses: np.ndarray, body, centre: np.ndarray, true: np.ndarray, roots: np.ndarray) -> list[float]:
+    """Error, its steady and its varying part [m], and shares of distances and of coordinates in their bands (5,)."""
     joints = markers(poses, body)  # (frames, draws, 15, 3)
-    error = np.linalg.norm(joints.mean(axis=1) - true, axis=-1).mean()
+    off = joints.mean(axis=1) - true
+    steady = off.mean(axis=0)
+    errors = [np.linalg.norm(some, axis=-1).mean() for some in (off, steady, off - steady)]
     far = np.linalg.norm(poses[..., :2] - centre, axis=-1)
     bands = [_held(far, np.linalg.norm(roots - centre, axis=-1)), _held(joints, true)]
-    return [float(error), *bands]
+    return [*map(float, errors), *bands]
 
 
 def _held(drawn: np.ndarray, true: np.ndarray) -> float:
@@ -81,12 +85,12 @@ def main() -> None:
         for name, options in ROWS.items():
             cuts = people.cuts(asked.episodes, FRAMES + 1, seed=0)
             tasks = [Task("fpca", asked.particles, cut, seed, **options) for seed, cut in enumerate(cuts)]
-            found = np.array(list(pool.map(play, tasks)))  # (episodes, 2, 3)
-            (before, depth, joints), (after, depths, all_joints) = found.mean(axis=0)
-            less, low, high = ratio(found[:, 1, 0], found[:, 0, 0])
-            ratios.append(less)
-            cells = [f"{1e3 * before:.0f}", f"{1e3 * after:.0f}", f"{less:.2f} ({low:.2f}–{high:.2f})"]
-            cells += [f"{depth:.0%}, {depths:.0%}", f"{joints:.0%}, {all_joints:.0%}"]
+            found = np.array(list(pool.map(play, tasks)))  # (episodes, 2, 5)
+            (before, steady, _, depth, joints), (after, _, _, depths, all_joints) = found.mean(axis=0)
+            less, varying = (ratio(found[:, 1, i], found[:, 0, i]) for i in (0, 2))
+            ratios.append(less[0])
+            cells = [f"{1e3 * before:.0f}", f"{1e3 * after:.0f}", cell(less, "{:.2f}"), f"{1e3 * steady:.0f}"]
+            cells += [cell(varying, "{:.2f}"), f"{depth:.0%}, {depths:.0%}", f"{joints:.0%}, {all_joints:.0%}"]
             print(f"| {name} |", " | ".join(cells), "|", flush=True)
     headline(full_view=ratios[0], behind=ratios[2])
 
