@@ -81,9 +81,8 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
         },
     ),
 }
-#: Versions of tasks that changed since their environments did. ArmTracking's v2: the camera goes blind. ActiveTracking's
-#: v2: three people at every level, as two are looked at by turns, and of four some are lost whatever one does.
-_VERSIONS = {"ArmTracking": "v2", "ActiveTracking": "v2"}
+#: Versions of tasks that changed since their environments did. ArmTracking's v2: the camera goes blind.
+_VERSIONS = {"ArmTracking": "v2"}
 #: Reward thresholds, made by `motionenv bench envs.tasks.thresholds`.
 _THRESHOLDS = {
     "WalkerTracking-Easy": -12.0, "WalkerTracking-Medium": -14.0, "WalkerTracking-Hard": -17.0,

@@ -66,7 +66,7 @@ def table(makers: dict, episodes: int, level: str, split: str, change: dict[str,
 
 def played(make, episodes: int, level: str, split: str, change: dict[str, float]) -> tuple[np.ndarray, float]:
     """Mean rewards (episodes,) of a policy, and its mean error [m]."""
-    name = f"motionenv/ActiveTracking-{level}-v2"
+    name = f"motionenv/ActiveTracking-{level}-v1"
     env = gymnasium.make_vec(name, num_envs=min(ENVS, episodes), split=split, **change)
     scores = evaluate(env, make(env), episodes, seed=1)
     return scores.returns / scores.lengths, float(scores.errors.mean())
@@ -76,7 +76,7 @@ def strip(path: Path, rows: int, first: int = 200, seed: int = 3) -> None:
     """Write frames of the planner, two seconds apart, each row the square from above and the camera's view."""
     from PIL import Image
 
-    env = gymnasium.make("motionenv/ActiveTracking-Medium-v2", render_mode="rgb_array", split="eval")
+    env = gymnasium.make("motionenv/ActiveTracking-Medium-v1", render_mode="rgb_array", split="eval")
     planner = Planner(env)
     observation, _ = env.reset(seed=seed)
     planner.reset(observation)

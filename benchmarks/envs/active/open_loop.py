@@ -73,7 +73,7 @@ def score(x: np.ndarray, episodes: int, seed: int) -> list[float]:
     """Mean reward per estimate on each level."""
     rewards = []
     for level in LEVELS:
-        env = gymnasium.make_vec(f"motionenv/ActiveTracking-{level}-v2", num_envs=episodes, split="train")
+        env = gymnasium.make_vec(f"motionenv/ActiveTracking-{level}-v1", num_envs=episodes, split="train")
         scores = evaluate(env, Patterned(env, pattern(x)), episodes, seed=seed)
         rewards.append(float((scores.returns / scores.lengths).mean()))
     return rewards

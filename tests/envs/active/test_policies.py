@@ -11,7 +11,7 @@ from motionenv.envs.active.scene_kernel import ACCELERATIONS, steer_all
 from motionenv.envs.agents import Blob, Kalman, MeanPose, TrackingAgent, evaluate, score
 from motionenv.errors import MotionError
 
-ID, TASK = "motionenv/ActiveTracking-v1", "motionenv/ActiveTracking-Medium-v2"
+ID, TASK = "motionenv/ActiveTracking-v1", "motionenv/ActiveTracking-Medium-v1"
 
 
 @pytest.mark.parametrize("aim", [(1.5, -0.2, 1.0), (-2.5, -0.9, 0.0), (0.02, -0.42, 0.0)], ids=str)

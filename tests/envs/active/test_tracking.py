@@ -19,7 +19,7 @@ ID = "motionenv/ActiveTracking-v1"
 
 
 @pytest.mark.parametrize(
-    "settings", [{"people": 1, "pillars": 0}, TASKS["motionenv/ActiveTracking-Hard-v2"].settings], ids=str
+    "settings", [{"people": 1, "pillars": 0}, TASKS["motionenv/ActiveTracking-Hard-v1"].settings], ids=str
 )
 def test_gymnasium_finds_nothing_wrong(settings):
     check_env(gymnasium.make(ID, render_mode="rgb_array", **{**settings, "horizon": 20}).unwrapped)
