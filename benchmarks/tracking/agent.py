@@ -24,7 +24,9 @@ import numpy as np
 import motionenv.envs  # noqa: F401 (registers the environments)
 from benchmarks import Arguments
 from benchmarks.tracking.tables import cell, mean, share
+from motionenv.body.limbs import resized
 from motionenv.envs.agents import Kalman, MeanPose, TrackingAgent, truth_start
+from motionenv.envs.agents.particle_filter import adults_prior
 from motionenv.envs.tasks import SPLITS, TASKS
 from motionenv.tracking import FPCAPrior, Start
 
@@ -45,6 +47,12 @@ def known_body(env, slot: int) -> FPCAPrior:
     return FPCAPrior(skeleton=env.truth()["skeleton"], fps=env.world.fps)
 
 
+def known_height(env, slot: int) -> FPCAPrior:
+    """Walkers of the true height, with mean proportions and build."""
+    usual = adults_prior(env.world.fps).skeleton
+    return FPCAPrior(skeleton=resized(usual, env.truth()["skeleton"].height), fps=env.world.fps)
+
+
 class Case(NamedTuple):
     """A row: arguments of the environment and, where they are given, the first pose and the body."""
 
@@ -57,6 +65,7 @@ MEDIUM, HARD = (TASKS[f"motionenv/WalkerTracking-{level}-v1"].settings for level
 UNSEEN = TASKS["motionenv/WalkerTracking-Medium-v1"].ood  # people and camera of every task's "ood"
 CASES = {
     "default, automatic start": Case({}),
+    "… height given": Case({}, None, known_height),
     "… body given": Case({}, None, known_body),
     "… pictures of 128²": Case({"size": 128}),
     "mask, automatic start": Case({"observation": "mask"}),
@@ -68,6 +77,7 @@ CASES = {
     "Medium": Case(MEDIUM),
     "Medium, nothing hides": Case({**MEDIUM, "occluders": 0}),
     "Medium, given start": Case(MEDIUM, truth_start),
+    "Medium, height given": Case(MEDIUM, None, known_height),
     "Medium, body given": Case(MEDIUM, None, known_body),
     "Medium, pictures of 128²": Case({**MEDIUM, "size": 128}),
     "Hard": Case(HARD),
