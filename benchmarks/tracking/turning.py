@@ -5,7 +5,7 @@
 WalkerTracking films a walk of four seconds (30 frames/s) with a level camera at a random angle, as near as the whole
 way allows: 128² pixels, clutter, noise of 8 grey levels, clothes of random colours that are equal on both sides.
 `TrackingAgent` with N = 1,000 gets the camera, the empty scene and the pictures, as in `benchmarks.tracking`'s "start",
-and finds the first pose in them. With --learned it isn't given the scene, either.
+and finds the first pose in them. With --learned it isn't given the scene, either, as in -Hard.
 
 - Courses: "straight" at an even speed; "turning", the same along `random_path` with a least radius of 1 to 2.5 m;
   "free", also with slowing down, hurrying and stops of 0.5 to 1.2 s.
@@ -84,9 +84,9 @@ def prior_of(name: str, height: float) -> Prior:
 
 
 class SceneLikelihood(SilhouetteLikelihood):
-    """Silhouettes before an empty `scene` (height, width, 3) that is known; None learns it from the pictures."""
+    """Silhouettes before an empty `scene` (height, width, 3) that is known."""
 
-    def __init__(self, camera: Camera, skeleton: Skeleton, scene: np.ndarray | None):
+    def __init__(self, camera: Camera, skeleton: Skeleton, scene: np.ndarray):
         super().__init__(camera, skeleton, threads=1)
         self.scene = scene
 
@@ -118,10 +118,9 @@ def _film(env, name: str, seed: int, known: bool, particles: int) -> tuple[list[
     """Pictures with the estimate above and the truth below, and the errors of one film."""
     observation, _ = env.reset(seed=seed)
     prior = prior_of(name, env.unwrapped.truth()["skeleton"].height)
-    scene = empty_scene(env.unwrapped.world.stage) if known else None
-    agent = TrackingAgent(
-        env, prior, particles, likelihood=lambda camera, body: SceneLikelihood(camera, body, scene), seed=seed
-    )
+    scene = empty_scene(env.unwrapped.world.stage)
+    likelihood = (lambda camera, body: SceneLikelihood(camera, body, scene)) if known else None
+    agent = TrackingAgent(env, prior, particles, likelihood=likelihood, seed=seed, threads=1)
     agent.reset(observation)
     frames, joints, true, turned, over, began = [], [], [], [], False, time.process_time()
     while not over:
