@@ -32,11 +32,10 @@ _AHEAD = 5.0  # [m] from the camera, where somebody is expected who isn't in the
 # things that nobody knows. Once found, people are followed with less certainty, behind things with _HIDDEN.
 _CLEAR = {"misses": 0.1, "false_alarms": 0.02}
 _BEHIND = {"misses": 0.49, "false_alarms": 0.02, "hidden": 0.9}
-_FOLLOWED = {"misses": 0.2, "false_alarms": 0.1}
-_HIDDEN = {"hidden": 0.5}
+_FOLLOWED, _HIDDEN = {"misses": 0.2, "false_alarms": 0.1}, {"hidden": 0.5}
 _LOOKS = 1, 4, 12, 36  # numbers of frames after which the automatic start is made again, from all of them
-# Somebody lost for so long is searched for, and so long after again [s].
-_PATIENCE, _AFRESH = 0.5, 0.25
+# Somebody lost for so long is searched for, and so long after again [s]; and how far away [m] if the start was given.
+_PATIENCE, _AFRESH, _NEAR = 0.5, 0.25, 2.5
 # Who is followed is searched for every so many frames, in so many last ones, if he explains less than this share of
 # what a body that fits would, and followed from there if that is better by so much log evidence (chosen on "train").
 _AGAIN, _REVIEWED, _FITS, _BETTER = 18, 24, 0.82, 10.0
@@ -192,7 +191,7 @@ class _Track:
     """
 
     def __init__(self, tracker: ParticleFilter, start: Start | None, walks: bool, rng, models: list[Likelihood]):
-        self.filter, self._models, self._rng, self._walks = tracker, models, rng, walks
+        self.filter, self._models, self._rng, self._walks, self._given = tracker, models, rng, walks, start is not None
         self.belief: Belief | None = None
         self._waiting, self._steps, self._lost = start is None, 0, 0  # whether the start may still become better
         self._recent: deque[tuple[dict[str, np.ndarray], Belief | None]] = deque(maxlen=_LOOKS[-1])
@@ -267,9 +266,13 @@ class _Track:
         return found
 
     def _found(self, model: Likelihood, frames: Sequence[Mapping[str, Any]], near: Belief | None) -> Start | None:
-        """A start from `frames`; None where they don't show enough."""
+        """A start from `frames`; None where they don't show enough, or somebody far from who was given."""
         seen = cast(ImageLikelihood, model if near is None else self._rate(copy(model), _BEHIND))
-        return find(seen, frames, self.filter.prior, near, self._rng)
+        if near is None or not self._given:
+            return find(seen, frames, self.filter.prior, near, self._rng)
+        # Whoever is seen best, wherever that is, must be near: a head above a bush looks like somebody far away.
+        start = find(seen, frames, self.filter.prior, None, self._rng, np.inf)
+        return start if start and np.median(np.hypot(*(start.poses - near.mean)[:, :2].T)) < _NEAR else None
 
     def _rate(self, likelihood: Likelihood, rates: dict[str, float]) -> Likelihood:
         """Give `rates` to a `likelihood`, unless it is the user's."""

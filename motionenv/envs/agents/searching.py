@@ -99,8 +99,7 @@ class ClutterTrack:
         self._recent: deque[tuple[np.ndarray, Belief]] = deque(maxlen=_IN)
         tracker.likelihood = copy(likelihood)
         for model, rates in ((likelihood, _SEARCHED), (tracker.likelihood, _FOLLOWED)):
-            for name, rate in rates.items():
-                setattr(model, name, rate)
+            vars(model).update(rates)
         tracker.start(anywhere(0.0, 0.0))
 
     def step(self, observation: dict[str, np.ndarray]) -> Belief:

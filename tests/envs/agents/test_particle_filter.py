@@ -85,6 +85,24 @@ def test_somebody_behind_a_post_is_not_looked_for_far_beyond_it():
     assert info["error"] < 0.8
 
 
+def test_whose_start_was_given_is_not_left_for_somebody_far_away():
+    env = WalkerTracking(observation="mask", start="anywhere", horizon=40)
+    observation, _ = env.reset(seed=3)
+    agent = TrackingAgent(env, n=200, start=truth_start, seed=0)
+    agent.reset(observation)
+    for _ in range(3):
+        observation, *_ = env.step(agent.act(observation))
+    kept, camera = agent.beliefs[0].mean[:2], env.truth()["camera"]
+    middle = round(np.flatnonzero(observation.any(axis=(0, 2))).mean())
+    shift = (57 if middle < 32 else 6) - middle
+    depth = camera.R[2] @ (np.append(kept, 1.0) - camera.centre)
+    assert abs(shift) * depth / camera.K[0, 0] > 3.0  # m
+    for _ in range(30):  # he stands behind something, and somebody else is there
+        agent.act(np.roll(observation, shift, axis=1))
+    assert agent.beliefs[0].lost
+    assert np.linalg.norm(agent.beliefs[0].mean[:2] - kept) < 2.5
+
+
 @pytest.mark.parametrize(("seed", "turned", "nearer"), [(0, 0.0, 0.85), (1, 0.0, 0.85), (1, 0.6, 1.0)])
 def test_who_is_followed_wrongly_is_found_again(seed, turned, nearer):
     """A body too near, or heading elsewhere, fits the pictures by half: for good, if nobody looked again."""
