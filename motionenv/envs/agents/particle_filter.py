@@ -266,9 +266,9 @@ class _Track:
         return found
 
     def _found(self, model: Likelihood, frames: Sequence[Mapping[str, Any]], near: Belief | None) -> Start | None:
-        """A start from `frames`; None where they don't show enough, or somebody far from who was given."""
+        """A start from `frames`; None where they don't show enough, or one shows somebody far from who was given."""
         seen = cast(ImageLikelihood, model if near is None else self._rate(copy(model), _BEHIND))
-        if near is None or not self._given:
+        if near is None or not self._given or len(frames) > 1:
             return find(seen, frames, self.filter.prior, near, self._rng)
         # Whoever is seen best, wherever that is, must be near: a head above a bush looks like somebody far away.
         start = find(seen, frames, self.filter.prior, None, self._rng, np.inf)
