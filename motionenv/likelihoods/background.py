@@ -62,7 +62,7 @@ class Background:
     It is the median, per pixel, of the last `frames` images in which the body didn't cover the pixel, according to
     `learn`. Without calls of `learn`, it is the median of all images, available after `least` images and correct where
     a walker stood in fewer than half of them. Before that, for a panning camera, and in almost uniform rows, it is each
-    row's median colour: correct for uniform walls and skies, otherwise poor, which the large residuals reveal.
+    row's median colour: right for plain walls and skies, else poor, as large residuals reveal, or NaN in still clutter.
 
     Args:
         frames: number of images kept per pixel.
@@ -114,7 +114,7 @@ class Background:
         self._keep(~body | ((self._count == 0) & (self._since >= _UNCHANGED)))
 
     def estimate(self) -> np.ndarray:
-        """The background (height, width, 3), 0 to 255. After the first `learn`, it is NaN where it was never uncovered.
+        """The background (height, width, 3), 0 to 255; NaN where unknown, after `learn` where it was never uncovered.
 
         Rows whose known part is uniform are assumed to be uniform behind the body too.
 
@@ -127,7 +127,7 @@ class Background:
             return _plain_filled(np.where(self._count[..., None] > 0, self._median(), np.nan))
         rows = np.broadcast_to(np.median(self._last, axis=1, keepdims=True), self._last.shape)
         if not self.still or self._count.max() < self.least:
-            return rows
+            return np.where(self.still and cluttered(self._last), np.nan, rows)
         plain = np.median(np.abs(self._last - rows), axis=(1, 2)) <= _PLAIN
         return np.where(plain[:, None, None], rows, self._median())
 

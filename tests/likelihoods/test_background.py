@@ -69,6 +69,16 @@ def test_misuse_is_named(misuse, message):
         misuse()
 
 
+@pytest.mark.parametrize("still", [True, False])
+def test_nothing_is_known_of_a_still_camera_s_clutter_before_the_median_is(still):
+    model = Background(frames=20, least=8, still=still)
+    for i in range(8):
+        picture, _, _ = scene(2 + 5 * i, seed=i)
+        model.observe(picture)
+        assert np.isnan(model.estimate()).all() == (still and i < 7)
+        assert (foreground_probability(picture, model.estimate()) == 0.5).all() == (still and i < 7)
+
+
 def test_what_a_body_covers_never_becomes_background():
     """Somebody hardly moves: the median over time takes him for background, one that is told doesn't."""
     told, untold = Background(frames=15), Background(frames=15)
