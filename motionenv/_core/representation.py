@@ -1,8 +1,7 @@
 """Short representations: one line of text for the prompt, small pictures for notebooks."""
 
 import base64
-import struct
-import zlib
+import io
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, is_dataclass
 from typing import Any
@@ -93,11 +92,9 @@ def curves(values: np.ndarray, caption: str) -> str:
 
 def picture(rgb: np.ndarray, caption: str) -> str:
     """A picture (height, width, 3) uint8."""
-    height, width, _ = rgb.shape
-    rows = b"".join(b"\0" + row.tobytes() for row in np.ascontiguousarray(rgb))
-    head = struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)
-    png = b"\x89PNG\r\n\x1a\n"
-    for kind, data in ((b"IHDR", head), (b"IDAT", zlib.compress(rows)), (b"IEND", b"")):
-        png += struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-    source = f"data:image/png;base64,{base64.b64encode(png).decode()}"
+    from PIL import Image
+
+    png = io.BytesIO()
+    Image.fromarray(rgb).save(png, "png")
+    source = f"data:image/png;base64,{base64.b64encode(png.getvalue()).decode()}"
     return f'<figure><img src="{source}" alt="{caption}"/><figcaption>{caption}</figcaption></figure>'

@@ -13,6 +13,8 @@ the same episodes: the difference between an agent's scores is what not seeing c
 return at a normalised return of 0.9 on split "train" (`motionenv.envs.agents.score`): a tenth of the mean pose's.
 """
 
+import tomllib
+from importlib.resources import files
 from typing import Any, NamedTuple
 
 import gymnasium
@@ -40,47 +42,8 @@ class Task(NamedTuple):
     reward_threshold: float | None = None
 
 
-_SMALL = {"height": (1.15, 1.4), "speed": (1.5, 1.8)}
-_CLUTTER: dict[str, Any] = {"observation": "rgb", "background": "clutter", "noise": 6.0}
-#: Environments, what all levels of each have in common, what is out of distribution, and the levels.
-_FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, Any]]]] = {
-    "WalkerTracking-v1": (
-        {"estimate": "joints", "horizon": 90},
-        {**_SMALL, "motion": "walk/eigenwalkers", "camera": 25.0},
-        {
-            "Easy": {"observation": "mask", "start": "near"},
-            "Medium": {"observation": "mask", "start": "near", "path": "turning", "occluders": 2},
-            "Hard": {**_CLUTTER, "start": "anywhere", "path": "turning", "occluders": 2, "distractors": 1},
-        },
-    ),
-    "MarkerTracking-v1": (
-        {"horizon": 120},
-        {**_SMALL, "motion": "walk/fpca", "distance": 3.0},
-        {
-            "Easy": {"gaps": 0.3, "gap_seconds": 0.5},
-            "Medium": {"gaps": 0.6, "gap_seconds": 1.2, "noise": 0.02},
-            "Hard": {"gaps": 0.75, "gap_seconds": 1.5, "noise": 0.03, "dropout": 0.2, "distance": 5.0},
-        },
-    ),
-    "ActiveTracking-v1": (
-        {"horizon": 600},
-        {"turn_seconds": 4.0, "dropout": 0.25, "noise": 0.07},
-        {
-            "Easy": {"people": 3, "pillars": 6, "colour_noise": 0.1},
-            "Medium": {"people": 3, "pillars": 8},
-            "Hard": {"people": 3, "pillars": 12, "noise": 0.08, "turn_seconds": 8.0},
-        },
-    ),
-    "ArmTracking-v1": (
-        {"estimate": "joints", "horizon": 90, "gap_seconds": 0.1},
-        {"height": (1.15, 1.4), "motion": "walk/fpca", "camera": 25.0},
-        {
-            "Easy": {"observation": "mask", "gaps": 0.5},
-            "Medium": {"observation": "mask", "gaps": 0.6, "occluders": 2},
-            "Hard": {**_CLUTTER, "gaps": 0.6, "occluders": 2, "distractors": 1},
-        },
-    ),
-}
+#: By environment: what all levels have in common ("common"), what is out of distribution ("ood"), and the levels.
+_FAMILIES = tomllib.loads(files(__package__).joinpath("tasks.toml").read_text(encoding="utf-8"))
 #: Versions of tasks that changed since their environments did. ArmTracking's v2: the camera goes blind.
 _VERSIONS = {"ArmTracking": "v2"}
 #: Reward thresholds, made by `motionenv bench envs.tasks.thresholds`.
@@ -93,17 +56,22 @@ _THRESHOLDS = {
 
 def _tasks() -> dict[str, Task]:
     made = {}
-    for env, (common, ood, levels) in _FAMILIES.items():
+    for env, tables in _FAMILIES.items():
+        common, ood, levels = _arguments(tables["common"]), _arguments(tables["ood"]), tables["levels"]
         family, version = env.split("-")
         for level, changed in levels.items():
             name, version = f"{family}-{level}", _VERSIONS.get(family, version)
             task, full = f"motionenv/{name}-{version}", f"motionenv/{name}-Full-{version}"
-            of = Task(f"motionenv/{env}", {**common, **changed}, ood, full, _THRESHOLDS.get(name))
+            of = Task(f"motionenv/{env}", common | _arguments(changed), ood, full, _THRESHOLDS.get(name))
             if family == "ActiveTracking":
                 made[task] = of._replace(full=None)
             else:
                 made |= {task: of, full: of._replace(settings={**of.settings, "observation": "joints"})}
     return made
+
+
+def _arguments(table: dict[str, Any]) -> dict[str, Any]:
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in table.items()}
 
 
 #: The tasks by id.

@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import re
+from importlib.resources import files
 from typing import Any
 
 from fastapi import APIRouter, FastAPI
@@ -26,20 +27,9 @@ _SCHEMES = {
 _PROBLEMS = "\n".join(f"| `{kind}` | {status} | {title} |" for kind, (status, title) in KINDS.items())
 _SETTINGS = ", ".join(f"`{name}`" for name in StreamSettings.model_fields)
 #: Introduction of the OpenAPI document: what applies to all operations, and the stream, which OpenAPI can't describe.
-DESCRIPTION = f"""Human motion from models, 3D motion from 2D points, and jobs on motion capture.
-
-**Stream.** `WS /v1/stream` sends poses without end. The client sends settings as JSON objects, first all that differ
-from the defaults, later those that change: {_SETTINGS};
-`temperature`, `activity` and `heading` are for trees. The service answers each with `{{"type": "settings", "fps",
-"height", "pose"}}` or `{{"type": "problem", "detail", "errors"}}`, and sends each pose as a binary message of 25
-little-endian float32.
-
-**Problems.** Errors are problem details (RFC 9457), whose `type` is `/docs#` and one of these kinds:
-
-| kind | status | meaning |
-|-|-|-|
-{_PROBLEMS}
-"""
+DESCRIPTION = files(__package__).joinpath("description.md").read_text("utf-8") % {
+    "settings": _SETTINGS, "problems": _PROBLEMS
+}  # fmt: skip
 
 
 @router.get("/docs")
