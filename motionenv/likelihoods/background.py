@@ -19,14 +19,14 @@ from numpy.typing import ArrayLike
 from motionenv._core.validation import checked_whole
 from motionenv.errors import MotionError
 
-_DARK = 24  # grey levels; darker pixels don't determine the gain
-_LEAST_NOISE = 1.0  # grey levels: rounding and other unavoidable variation
+DARK = 24  # grey levels; darker pixels don't determine the gain
+LEAST_NOISE = 1.0  # grey levels: rounding and other unavoidable variation
 _PLAIN = 3.0  # grey levels: largest median absolute deviation of a uniform row
 _CLUTTERED = 10.0  # grey levels: median deviation from a row's median, of pictures whose rows tell no background
 _EMPTY = 999  # missing sample; sorts after all colours
 _UNCHANGED = 25  # frames after which a pixel that nobody uncovered is background; a walker's change much sooner
 _CHANGED = 4.0  # least change of a pixel from frame to frame, in standard deviations of the image's noise
-_TO_DEVIATION = 1.4826  # median absolute deviation → standard deviation of a Gaussian
+TO_DEVIATION = 1.4826  # median absolute deviation → standard deviation of a Gaussian
 
 
 def foreground_probability(rgb: np.ndarray, background: ArrayLike) -> np.ndarray:
@@ -47,34 +47,31 @@ def foreground_probability(rgb: np.ndarray, background: ArrayLike) -> np.ndarray
     known = np.isfinite(background).all(axis=-1)
     if not known.any():
         return np.full(known.shape, 0.5)
-    bright = background > _DARK  # False where NaN
+    bright = background > DARK  # False where NaN
     gain = float(np.median(rgb[bright] / background[bright])) if bright.any() else 1.0
     difference = rgb - gain * background
     typical = float(np.median(np.abs(difference[known])))
-    sigma = max(_TO_DEVIATION * typical, _LEAST_NOISE)
+    sigma = max(TO_DEVIATION * typical, LEAST_NOISE)
     log_odds = 0.5 * (difference**2).sum(-1) / sigma**2 - 3 * np.log(256 / (sigma * np.sqrt(2 * np.pi)))
     return 1.0 / (1.0 + np.exp(-np.where(known, np.clip(log_odds, -50.0, 50.0), 0.0)))
 
 
 class Background:
-    """Running background estimate for a static camera.
+    """Running background estimate from pictures in which one knows where the body is.
 
     It is the median, per pixel, of the last `frames` images in which the body didn't cover the pixel, according to
-    `learn`. Without calls of `learn`, it is the median of all images, available after `least` images and correct where
-    a walker stood in fewer than half of them. Before that, for a panning camera, and in almost uniform rows, it is each
-    row's median colour: right for plain walls and skies, else poor, as large residuals reveal, or NaN in still clutter.
+    `learn`. Before the first call of that, and for a panning camera, it is each row's median colour: right for plain
+    walls and skies, else poor, as large residuals reveal; NaN in still clutter, of which `PixelHistory` knows more.
 
     Args:
         frames: number of images kept per pixel.
-        least: number of images needed for the median of all images.
         still: False for a panning camera.
     """
 
-    def __init__(self, frames: int = 31, least: int = 8, *, still: bool = True) -> None:
-        self.frames = checked_whole(frames, "frames", 1)
-        self.least, self.still = checked_whole(least, "least", 1, self.frames), still
+    def __init__(self, frames: int = 31, *, still: bool = True) -> None:
+        self.frames, self.still = checked_whole(frames, "frames", 1), still
         self._last: np.ndarray | None = None
-        self._told = False
+        self._count: np.ndarray | None = None  # (height, width) samples ever stored
 
     def observe(self, rgb: np.ndarray) -> None:
         """Add an image, uint8 `rgb` (height, width, 3).
@@ -84,20 +81,17 @@ class Background:
         """
         rgb = picture(rgb)
         if self._last is None:
-            self._empty(rgb.shape)
             self._since = np.zeros(rgb.shape[:2], dtype=np.int64)  # frames without a change
         elif self._last.shape != rgb.shape:
             raise MotionError(f"rgb must have the shape of earlier images {self._last.shape}, got {rgb.shape}")
         else:
             apart = np.abs(rgb.astype(np.int16) - self._last).max(axis=-1)
-            noise = max(_TO_DEVIATION * float(np.median(apart)), _LEAST_NOISE)
+            noise = max(TO_DEVIATION * float(np.median(apart)), LEAST_NOISE)
             self._since = np.where(apart > _CHANGED * noise, 0, self._since + 1)
         self._last = rgb.copy()
-        if not self._told:
-            self._keep(np.ones(rgb.shape[:2], dtype=bool))
 
     def learn(self, body: ArrayLike) -> None:
-        """Learn the uncovered pixels of the last image; the first call discards what was learned without feedback.
+        """Learn the uncovered pixels of the last image.
 
         Args:
             body: bool (height, width), where the body is or may be.
@@ -108,10 +102,12 @@ class Background:
         body = np.asarray(body, dtype=bool)
         if self._last is None or body.shape != self._last.shape[:2]:
             raise MotionError(f"body must have the size of the last image, got {body.shape}: call observe(rgb) first")
-        if not self._told:
-            self._empty(self._last.shape)
-        self._told = True
-        self._keep(~body | ((self._count == 0) & (self._since >= _UNCHANGED)))
+        if self._count is None:
+            self._samples = np.full((*self._last.shape, self.frames), _EMPTY, dtype=np.int16)
+            self._count = np.zeros(body.shape, dtype=np.int64)
+        rows, columns = np.nonzero(~body | ((self._count == 0) & (self._since >= _UNCHANGED)))
+        self._samples[rows, columns, :, self._count[rows, columns] % self.frames] = self._last[rows, columns]
+        self._count[rows, columns] += 1
 
     def estimate(self) -> np.ndarray:
         """The background (height, width, 3), 0 to 255; NaN where unknown, after `learn` where it was never uncovered.
@@ -123,31 +119,12 @@ class Background:
         """
         if self._last is None:
             raise MotionError("no image has been observed yet: call observe(rgb) first")
-        if self._told:
-            return _plain_filled(np.where(self._count[..., None] > 0, self._median(), np.nan))
-        rows = np.broadcast_to(np.median(self._last, axis=1, keepdims=True), self._last.shape)
-        if not self.still or self._count.max() < self.least:
+        if self._count is None:
+            rows = np.broadcast_to(np.median(self._last, axis=1, keepdims=True), self._last.shape)
             return np.where(self.still and cluttered(self._last), np.nan, rows)
-        plain = np.median(np.abs(self._last - rows), axis=(1, 2)) <= _PLAIN
-        return np.where(plain[:, None, None], rows, self._median())
-
-    def _empty(self, shape: tuple[int, ...]) -> None:
-        self._samples = np.full((*shape, self.frames), _EMPTY, dtype=np.int16)
-        self._count = np.zeros(shape[:2], dtype=np.int64)  # samples ever stored
-
-    def _keep(self, which: np.ndarray) -> None:
-        """Store the last image's pixels `which` (height, width), replacing their oldest samples."""
-        assert self._last is not None
-        rows, columns = np.nonzero(which)
-        self._samples[rows, columns, :, self._count[rows, columns] % self.frames] = self._last[rows, columns]
-        self._count[rows, columns] += 1
-
-    def _median(self) -> np.ndarray:
-        middle = np.minimum(self._count, self.frames) // 2
-        if middle.min() == middle.max():
-            return np.partition(self._samples, middle.flat[0], axis=-1)[..., middle.flat[0]]
-        ordered = np.sort(self._samples, axis=-1)
-        return np.take_along_axis(ordered, middle[..., None, None], axis=-1)[..., 0]
+        middle = np.minimum(self._count, self.frames)[..., None, None] // 2
+        median = np.take_along_axis(np.sort(self._samples, axis=-1), middle, axis=-1)[..., 0]
+        return _plain_filled(np.where(self._count[..., None] > 0, median, np.nan))
 
 
 def cluttered(rgb: np.ndarray) -> bool:

@@ -97,7 +97,7 @@ def test_a_generator_is_taken_as_it_is():
         (lambda v: ParticleFilter(FPCAPrior(), None, resample=v), "resample"),
         (lambda v: ParticleFilter(FPCAPrior(), None, hidden=v), "hidden"),
         (lambda v: evaluate(None, None, v), "episodes"),
-        (lambda v: Background(least=v), "least"),
+        (lambda v: Background(frames=v), "frames"),
         (lambda v: SilhouetteLikelihood(CAMERA, misses=v), "misses"),
     ],
 )

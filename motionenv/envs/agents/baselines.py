@@ -25,7 +25,8 @@ from motionenv.body.arm_reaching import RIGHT_ARM, reach
 from motionenv.envs.agents.action_adapter import Actions
 from motionenv.envs.base import Observation
 from motionenv.errors import MotionError
-from motionenv.likelihoods.background import Background, foreground_probability
+from motionenv.likelihoods.background import cluttered, foreground_probability
+from motionenv.likelihoods.pixel_history import PixelHistory
 from motionenv.models.registry import load
 from motionenv.models.types import Walker
 from motionenv.types import POSE, Camera
@@ -265,7 +266,7 @@ class SeenWalkers:
     def __init__(self, n: int, fps: float, remembers: bool = True) -> None:
         self._remembers, dt, both = remembers, 1 / fps, np.eye(2)
         self._cameras: list[Camera | None] = [None] * n
-        self._backgrounds = [Background() for _ in range(n)]
+        self._scenes = [PixelHistory() for _ in range(n)]
         kept = np.exp(-dt / _FADES)
         self._move = np.kron([[1.0, dt], [0.0, kept]], both)
         self._noise = _PUSHED**2 * np.kron([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]], both)
@@ -275,7 +276,7 @@ class SeenWalkers:
 
     def forget(self, began: np.ndarray, cameras: Sequence[Camera]) -> None:
         for slot, camera in zip(np.flatnonzero(began), cameras, strict=True):
-            self._cameras[slot], self._backgrounds[slot] = camera, Background()
+            self._cameras[slot], self._scenes[slot] = camera, PixelHistory()
         self._states[began], self._spread[began], self._missed[began] = 0.0, self._start, 0
 
     def at(self, pictures: dict[str, np.ndarray], far: float) -> tuple[np.ndarray, np.ndarray]:
@@ -286,20 +287,25 @@ class SeenWalkers:
         """
         if not self._remembers:
             self._states[:], self._spread[:] = 0.0, self._start
-        for slot, background in enumerate(self._backgrounds):
+        for slot in range(len(self._states)):
             if "mask" in pictures:
                 foreground = pictures["mask"][slot, ..., 0] > 0
             elif "depth" in pictures:
                 foreground = pictures["depth"][slot, ..., 0] < far
             else:
-                rgb = pictures["rgb"][slot]
-                background.observe(rgb)
-                foreground = foreground_probability(rgb, background.estimate()) > _SURE
+                foreground = self._foreground(slot, pictures["rgb"][slot])
             self._correct(slot, foreground)
         place, velocity = self._states[:, :2].copy(), self._states[:, 2:].copy()
         self._states = self._states @ self._move.T
         self._spread = self._move @ self._spread @ self._move.T + self._noise
         return place, np.where(np.hypot(*velocity.T) > _MOVES, np.arctan2(velocity[:, 1], velocity[:, 0]), 0.0)
+
+    def _foreground(self, slot: int, rgb: np.ndarray) -> np.ndarray:
+        """Where (height, width) a picture `rgb` (height, width, 3) shows something before the scene."""
+        if self._scenes[slot].frames or cluttered(rgb):
+            return self._scenes[slot].observe(rgb) > 0.5
+        plain = np.broadcast_to(np.median(rgb, axis=1, keepdims=True), rgb.shape)
+        return foreground_probability(rgb, plain) > _SURE
 
     def _correct(self, slot: int, foreground: np.ndarray) -> None:
         """Correct the state by the likeliest detection in a `foreground` (height, width), if it is credible."""

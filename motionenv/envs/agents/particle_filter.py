@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from motionenv._core.validation import random_generator
 from motionenv.body.arm_reaching import RIGHT_ARM
 from motionenv.envs.agents.action_adapter import Actions
-from motionenv.envs.agents.searching import STATURES, ClutterTrack, anywhere, find, size_of
+from motionenv.envs.agents.searching import BEHIND, CLEAR, STATURES, ClutterTrack, anywhere, find, followed, size_of
 from motionenv.envs.base import Observation
 from motionenv.errors import MotionError
 from motionenv.likelihoods.background import cluttered
@@ -28,11 +28,6 @@ from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.types import Camera, Skeleton
 
 _AHEAD = 5.0  # [m] from the camera, where somebody is expected who isn't in the picture yet
-# Rates by which a start is chosen, and somebody who was lost is found: of who is in plain view, and of who walks behind
-# things that nobody knows. Once found, people are followed with less certainty, behind things with _HIDDEN.
-_CLEAR = {"misses": 0.1, "false_alarms": 0.02}
-_BEHIND = {"misses": 0.49, "false_alarms": 0.02, "hidden": 0.9}
-_FOLLOWED, _HIDDEN = {"misses": 0.2, "false_alarms": 0.1}, {"hidden": 0.5}
 _LOOKS = 1, 4, 12, 36  # numbers of frames after which the automatic start is made again, from all of them
 # Somebody lost for so long is searched for, and so long after again [s]; and how far away [m] if the start was given.
 _PATIENCE, _AFRESH, _NEAR = 0.5, 0.25, 2.5
@@ -164,7 +159,7 @@ class TrackingAgent:
         if self._likelihood is None:
             models: list[Likelihood] = [
                 SilhouetteLikelihood(known.camera, prior.skeleton, still=known.still, threads=self._threads, **rates)
-                for rates in ((_CLEAR, _BEHIND) if self._start is None else ({},))
+                for rates in ((CLEAR, BEHIND) if self._start is None else ({},))
             ]
         else:
             models = [self._likelihood(known.camera, prior.skeleton)]
@@ -179,7 +174,7 @@ class TrackingAgent:
         walks = not self._actions.arm and isinstance(likelihood, ImageLikelihood)
         searched = walks and start is None and self._likelihood is None and likelihood.accepted(seen) == ["rgb"]
         if searched and known.still and isinstance(likelihood, SilhouetteLikelihood) and cluttered(seen["rgb"]):
-            return ClutterTrack(track, likelihood, rng)
+            return ClutterTrack(track, cast(list[SilhouetteLikelihood], models), rng)
         return _Track(track, start, walks, rng, models)
 
 
@@ -210,8 +205,7 @@ class _Track:
             if seen == _LOOKS[-1]:
                 self._waiting = False
                 self._recent.clear()  # evidences of other rates can't be compared
-                behind = getattr(self.filter.likelihood, "hidden", None) is not None
-                self._rate(self.filter.likelihood, _FOLLOWED | _HIDDEN if behind else _FOLLOWED)
+                self._rate(self.filter.likelihood, followed(self.filter.likelihood))
             elif seen == 1 and not found:
                 self._recent.clear()  # nobody has come into view: the next picture is the first one
         elif self._walks and self._lost >= _PATIENCE * fps:
@@ -267,7 +261,7 @@ class _Track:
 
     def _found(self, model: Likelihood, frames: Sequence[Mapping[str, Any]], near: Belief | None) -> Start | None:
         """A start from `frames`; None where they don't show enough, or one shows somebody far from who was given."""
-        seen = cast(ImageLikelihood, model if near is None else self._rate(copy(model), _BEHIND))
+        seen = cast(ImageLikelihood, model if near is None else self._rate(copy(model), BEHIND))
         if near is None or not self._given or len(frames) > 1:
             return find(seen, frames, self.filter.prior, near, self._rng)
         # Whoever is seen best, wherever that is, must be near: a head above a bush looks like somebody far away.

@@ -2,16 +2,16 @@
 
 from collections import deque
 from collections.abc import Mapping, Sequence
-from copy import copy
+from copy import copy, deepcopy
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from motionenv.envs.agents.baselines import walking_poses
 from motionenv.errors import MotionError
-from motionenv.likelihoods.background import Background, foreground_probability
-from motionenv.likelihoods.base import ImageLikelihood, log_nobody
+from motionenv.likelihoods.base import ImageLikelihood
+from motionenv.likelihoods.pixel_history import PixelHistory
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.tracking.initialization import automatic_start
 from motionenv.tracking.particle_filter import Belief, ParticleFilter
@@ -25,15 +25,16 @@ _STRAYED = 1.0  # [m] standard deviation of how far somebody strays from where h
 _MISTAKEN = -5.0  # log density, relative to the highest, at which somebody who was lost had been somewhere else
 _CHILDREN = 0.15  # share of children of 6 to 17 years among people
 _ANYWHERE = np.concatenate([np.full(2, 2.0), np.zeros(3), [2.0], np.full(19, 0.1)])  # [m, rad] spread of a pose
-# In clutter. All settings were chosen on episodes 1000 to 1047 of WalkerTracking-Hard's split "train".
-_REMEMBERED = 99  # frames of which the background is the median
-_FIRST, _AGAIN, _IN = 8, 12, 36  # after how many frames he is searched for, how often from then on, and in how many
-# What hides somebody hides him in each frame, so frames agree too well, and together say less about his distance.
-_IN_CLUTTER = 0.05  # as _DISTANCES
-_FAR = 0.5  # farthest log of a distance, relative to the world's origin's, at which somebody isn't something else
-_LEAST = 3.0  # least log evidence per frame, against nobody, of who is followed
-_BETTER = 30.0  # log evidence by which who is found must explain the frames better than who was followed
-_SEARCHED, _FOLLOWED = {"misses": 0.1, "false_alarms": 0.02}, {"misses": 0.4, "false_alarms": 0.05}
+# Rates by which a start is chosen, and somebody who was lost is found: of who is in plain view, and of who walks behind
+# things that nobody knows. Once found, people are followed with less certainty (see `followed`).
+CLEAR = {"misses": 0.1, "false_alarms": 0.02}
+BEHIND = {"misses": 0.49, "false_alarms": 0.02, "hidden": 0.9}
+# In clutter, chosen on episodes of WalkerTracking-Hard's split "train": after how many frames he is searched for, in
+# how many last ones at most, how often from then on, and log evidence by which whoever is found must then be better.
+_LOOKS, _IN, _AGAIN, _BETTER = (3, 6, 12, 24), 36, 18, 10.0
+_IN_CLUTTER = 0.15  # as _DISTANCES: passers-by are farther away, or nearer
+_FEW = 8  # frames in which somebody else is searched for when a passer-by has walked out of the picture
+_MIDDLE = 1.0  # [m] height of the middle of a body
 
 
 def anywhere(x: float, y: float) -> Start:
@@ -84,77 +85,88 @@ def _log_place(camera: Camera, lost: Belief | None, distances: float, places: np
     return usual + np.logaddexp(-0.5 * (apart**2 + (grown / STATURES) ** 2), _MISTAKEN)
 
 
-class ClutterTrack:
-    """One episode of a walker in colours before a still camera.
+def followed(likelihood: Any) -> dict[str, float]:
+    """Rates of a `likelihood` once somebody was found with it, in plain view or behind things."""
+    rates = {"misses": 0.2, "false_alarms": 0.1}
+    return rates if getattr(likelihood, "hidden", None) is None else rates | {"hidden": 0.5}
 
-    The background is the median of the pictures so far, which tells something from the eighth on. Until somebody is
-    found, and when he explains no more than nobody, he is somewhere about the origin. So that early pictures are judged
-    by what is known now, both who was followed and who is found in the last ones are followed through these again.
+
+class ClutterTrack:
+    """One episode of a walker in colours before a still camera and a background that nobody has seen.
+
+    Until somebody is found, he is somewhere about the origin. As each picture tells more about the background, the last
+    ones are looked at anew every now and then: who was followed is followed through them again, and replaced by whom a
+    search in them finds if he explains them better. Who walks out of the picture was a passer-by.
+
+    Each of `models` searches; the one that explains the pictures best is kept.
     """
 
-    def __init__(self, tracker: ParticleFilter, likelihood: SilhouetteLikelihood, rng: np.random.Generator) -> None:
-        self.filter, self._searching, self._rng = tracker, likelihood, rng
+    def __init__(self, tracker: ParticleFilter, models: list[SilhouetteLikelihood], rng: np.random.Generator) -> None:
+        self.filter, self._models, self._rng = tracker, models, rng
         self.belief: Belief | None = None
-        self._background, self._frames, self._found = Background(_REMEMBERED), 0, False
+        self._history, self._found, self._settled = PixelHistory(), False, False
         self._recent: deque[tuple[np.ndarray, Belief]] = deque(maxlen=_IN)
-        tracker.likelihood = copy(likelihood)
-        for model, rates in ((likelihood, _SEARCHED), (tracker.likelihood, _FOLLOWED)):
-            vars(model).update(rates)
         tracker.start(anywhere(0.0, 0.0))
 
     def step(self, observation: dict[str, np.ndarray]) -> Belief:
         rgb = observation["rgb"]
-        self._background.observe(rgb)
-        self._frames += 1
-        self.belief = self.filter.step(**self._shown([rgb], self._found)[0])
+        mask = self._history.observe(rgb)
+        self.belief = self.filter.step(mask=mask if self._found else np.full(mask.shape, 0.5))
         self._recent.append((rgb, self.belief))
-        if self._frames >= _FIRST and (self._frames - _FIRST) % _AGAIN == 0:
-            self._look()
+        gone = self._found and not _in_view(self.belief, cast(Camera, self.filter.likelihood.camera))
+        if gone:
+            self._give_up()
+        if gone or self._history.frames in _LOOKS or self._history.frames % _AGAIN == 0:
+            self._look(mask)
         return self.belief
 
-    def _shown(self, pictures: list[np.ndarray], known: bool) -> list[dict[str, np.ndarray]]:
-        """Probabilities of `pictures` (height, width, 3) that a pixel isn't background; ½ unless that is `known`."""
-        if not known:
-            return [{"mask": np.full(rgb.shape[:2], 0.5)} for rgb in pictures]
-        background = self._background.estimate()
-        return [{"mask": foreground_probability(rgb, background)} for rgb in pictures]
+    def _give_up(self) -> None:
+        """Expect him somewhere about the origin again."""
+        self._found = self._settled = False
+        self._recent = deque(list(self._recent)[-_FEW:], maxlen=_IN)
+        rgb, _ = self._recent[-1]
+        self.filter.start(anywhere(0.0, 0.0), self.filter.beliefs[:-1])
+        self.belief = self.filter.step(mask=np.full(rgb.shape[:2], 0.5))
+        self._recent[-1] = rgb, self.belief
 
-    def _look(self) -> None:
-        """Follow whoever explains the last frames best: who was followed, who a search finds, or nobody."""
+    def _look(self, mask: np.ndarray) -> None:
+        """Follow whoever explains the last pictures best: who was followed, or who a search finds.
+
+        `mask` (height, width) is the foreground of the last one.
+        """
         pictures, beliefs = map(list, zip(*self._recent, strict=True))
-        frames = self._shown(pictures, True)
-        kept = self.filter.beliefs[: -len(pictures)] if self._frames > len(pictures) else None
-        least = self._nobody(frames[1:], beliefs[0].poses[0]) + _LEAST * (len(frames) - 1)
-        best: tuple[ParticleFilter, list[Belief]] | None = None
+        frames = [{"mask": self._history.foreground(rgb)} for rgb in pictures[:-1]] + [{"mask": mask}]
+        kept = self.filter.beliefs[: -len(frames)] if self._history.frames > len(frames) else None
+        least = -np.inf
         if self._found:
             old = copy(self.filter)
             old.resume(beliefs[0])
-            if (evidence := self._evidence([old.step(**frame) for frame in frames[1:]])) > least:
-                best, least = (self.filter, beliefs), evidence + _BETTER
-        new = copy(self.filter)
-        if start := find(self._searching, frames, new.prior, None, self._rng, _IN_CLUTTER):
-            new.start(start, kept)
-            anew = [new.step(**frame) for frame in frames]
-            if self._evidence(anew[1:]) > least:
-                best = new, anew
-        self._found = best is not None
-        if best is None:
-            new.start(anywhere(0.0, 0.0), kept)
-            best = new, [new.step(**frame) for frame in self._shown(pictures, False)]
-        self.filter, beliefs = best
+            old.beliefs = self.filter.beliefs[: 1 - len(frames)]
+            beliefs = [beliefs[0], *(old.step(**frame) for frame in frames[1:])]
+            least = _evidence(beliefs) + (_BETTER if self._settled else 0.0)
+            self.filter = old
+        for model in [self.filter.likelihood] if self._settled else self._models:
+            seen, new = cast(ImageLikelihood, copy(model)), copy(self.filter)
+            vars(seen).update(BEHIND if self._settled else {})
+            if start := find(seen, frames, new.prior, None, self._rng, _IN_CLUTTER):
+                new.likelihood = deepcopy(model)
+                new.start(start, kept)
+                anew = [new.step(**frame) for frame in frames]
+                if (evidence := _evidence(anew)) > least:
+                    self.filter, beliefs, least, self._found = new, anew, evidence, True
         self.belief = beliefs[-1]
         self._recent = deque(zip(pictures, beliefs, strict=True), maxlen=_IN)
+        if self._found and not self._settled and len(frames) == _IN:
+            self._settled = True
+            vars(self.filter.likelihood).update(followed(self.filter.likelihood))
 
-    def _nobody(self, frames: list[dict[str, np.ndarray]], pose: np.ndarray) -> float:
-        """Log evidence of the `frames` if nobody is in them, whatever his `pose`."""
-        model, total = self.filter.likelihood, 0.0
-        for frame in frames:
-            model.observe(**frame)
-            total += log_nobody(model, pose)
-        return total
 
-    def _evidence(self, beliefs: list[Belief]) -> float:
-        """Log evidence of the frames of `beliefs`; minus infinity if who is believed has gone too far."""
-        centre = self._searching.camera.centre[:2]
-        away, usual = np.log(np.maximum(np.linalg.norm([beliefs[-1].mean[:2] - centre, centre], axis=1), 0.1))
-        return sum(belief.log_evidence for belief in beliefs) if abs(away - usual) < _FAR else -np.inf
+def _evidence(beliefs: list[Belief]) -> float:
+    """Log evidence of all frames but the first, in which a search chose who is believed."""
+    return sum(belief.log_evidence for belief in beliefs[1:])
+
+
+def _in_view(belief: Belief, camera: Camera) -> bool:
+    """Whether the middle of a body is in a `camera`'s picture."""
+    pixels, depths = camera.project(np.array([[*belief.mean[:2], _MIDDLE]]))
+    return bool(depths[0] > 0 and 0 <= pixels[0, 0] + 0.5 < camera.width)
