@@ -113,7 +113,7 @@ class ClutterTrack:
         mask = self._history.observe(rgb)
         self.belief = self.filter.step(mask=mask if self._found else np.full(mask.shape, 0.5))
         self._recent.append((rgb, self.belief))
-        gone = self._found and not _in_view(self.belief, cast(Camera, self.filter.likelihood.camera))
+        gone = self._found and not self._in_view(self.belief)
         if gone:
             self._give_up()
         if gone or self._history.frames in _LOOKS or self._history.frames % _AGAIN == 0:
@@ -152,7 +152,7 @@ class ClutterTrack:
                 new.likelihood = deepcopy(model)
                 new.start(start, kept)
                 anew = [new.step(**frame) for frame in frames]
-                if (evidence := _evidence(anew)) > least:
+                if (evidence := _evidence(anew)) > least and self._in_view(anew[-1]):
                     self.filter, beliefs, least, self._found = new, anew, evidence, True
         self.belief = beliefs[-1]
         self._recent = deque(zip(pictures, beliefs, strict=True), maxlen=_IN)
@@ -160,13 +160,12 @@ class ClutterTrack:
             self._settled = True
             vars(self.filter.likelihood).update(followed(self.filter.likelihood))
 
+    def _in_view(self, belief: Belief) -> bool:
+        camera = self._models[0].camera
+        pixels, depths = camera.project(np.array([[*belief.mean[:2], _MIDDLE]]))
+        return bool(depths[0] > 0 and 0 <= pixels[0, 0] + 0.5 < camera.width)
+
 
 def _evidence(beliefs: list[Belief]) -> float:
     """Log evidence of all frames but the first, in which a search chose who is believed."""
     return sum(belief.log_evidence for belief in beliefs[1:])
-
-
-def _in_view(belief: Belief, camera: Camera) -> bool:
-    """Whether the middle of a body is in a `camera`'s picture."""
-    pixels, depths = camera.project(np.array([[*belief.mean[:2], _MIDDLE]]))
-    return bool(depths[0] > 0 and 0 <= pixels[0, 0] + 0.5 < camera.width)

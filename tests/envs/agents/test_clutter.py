@@ -55,6 +55,17 @@ def test_nobody_is_found_in_pictures_of_nothing():
     assert belief.lost
 
 
+def test_nobody_is_followed_out_of_the_picture():
+    """A passer-by is, if nobody says that whoever is meant stays in view: in this episode by twenty pixels and more."""
+    env = gymnasium.make("motionenv/WalkerTracking-Hard-v1", split="train")
+    _, beliefs, _ = played(env, 2001, n=300)
+    camera = env.unwrapped.truth()["camera"]
+    for belief in beliefs:
+        pixels, _ = camera.project(np.array([[*belief.mean[:2], 1.0]]))
+        wide = np.std(belief.poses[:, :2], axis=0).min() > 1.5
+        assert wide or -1 < pixels[0, 0] < camera.width
+
+
 def test_the_same_seed_says_the_same():
     env = WalkerTracking(**CLUTTER)
     first, second = (played(env, 4, n=200)[2] for _ in range(2))
