@@ -73,7 +73,16 @@ CASES = {
     "default, given start": Case({}, truth_start),
     "mask, given start": Case({"observation": "mask"}, truth_start),
     "mask, given start 15 % too near": Case({"observation": "mask"}, too_near),
+    "2 occluders and a passer-by": Case({"occluders": 2, "distractors": 1}),
     "2 occluders and a passer-by, given start": Case({"occluders": 2, "distractors": 1}, truth_start),
+    "2 occluders, given start": Case({"occluders": 2}, truth_start),
+    "a passer-by, given start": Case({"distractors": 1}, truth_start),
+    "2 occluders and a passer-by, given start and body": Case(
+        {"occluders": 2, "distractors": 1}, truth_start, known_body
+    ),
+    "2 occluders and a passer-by, given start, mask": Case(
+        {"occluders": 2, "distractors": 1, "observation": "mask"}, truth_start
+    ),
     "Medium": Case(MEDIUM),
     "Medium, nothing hides": Case({**MEDIUM, "occluders": 0}),
     "Medium, given start": Case(MEDIUM, truth_start),

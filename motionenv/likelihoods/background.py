@@ -22,7 +22,8 @@ from motionenv.errors import MotionError
 DARK = 24  # grey levels; darker pixels don't determine the gain
 LEAST_NOISE = 1.0  # grey levels: rounding and other unavoidable variation
 _PLAIN = 3.0  # grey levels: largest median absolute deviation of a uniform row
-_CLUTTERED = 10.0  # grey levels: median deviation from a row's median, of pictures whose rows tell no background
+_COLOURFUL = 10.0  # grey levels: median deviation from a row's median, of pictures whose rows tell no background
+_FILLED = 0.07  # share of a picture before plain rows: one walker covers less, things that hide people cover more
 _EMPTY = 999  # missing sample; sorts after all colours
 _UNCHANGED = 25  # frames after which a pixel that nobody uncovered is background; a walker's change much sooner
 _CHANGED = 4.0  # least change of a pixel from frame to frame, in standard deviations of the image's noise
@@ -120,16 +121,24 @@ class Background:
         if self._last is None:
             raise MotionError("no image has been observed yet: call observe(rgb) first")
         if self._count is None:
-            rows = np.broadcast_to(np.median(self._last, axis=1, keepdims=True), self._last.shape)
-            return np.where(self.still and cluttered(self._last), np.nan, rows)
+            return np.where(self.still and _colourful(self._last), np.nan, row_medians(self._last))
         middle = np.minimum(self._count, self.frames)[..., None, None] // 2
         median = np.take_along_axis(np.sort(self._samples, axis=-1), middle, axis=-1)[..., 0]
         return _plain_filled(np.where(self._count[..., None] > 0, median, np.nan))
 
 
+def row_medians(rgb: np.ndarray) -> np.ndarray:
+    """The median colour of each row, in the shape of `rgb` (height, width, 3)."""
+    return np.broadcast_to(np.median(rgb, axis=1, keepdims=True), rgb.shape)
+
+
 def cluttered(rgb: np.ndarray) -> bool:
-    """Whether the rows of a picture, uint8 (height, width, 3), are too colourful to tell its background."""
-    return bool(np.median(np.abs(rgb - np.median(rgb, axis=1, keepdims=True))) > _CLUTTERED)
+    """Whether a picture, uint8 `rgb`, has rows too colourful, or too much before them, to tell its background."""
+    return _colourful(rgb) or bool(np.mean(foreground_probability(rgb, row_medians(rgb)) > 0.9) > _FILLED)
+
+
+def _colourful(rgb: np.ndarray) -> bool:
+    return bool(np.median(np.abs(rgb - row_medians(rgb))) > _COLOURFUL)
 
 
 def _plain_filled(background: np.ndarray) -> np.ndarray:

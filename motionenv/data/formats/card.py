@@ -8,7 +8,7 @@ from motionenv.data.samples import Sampler
 from motionenv.data.specification import Specification
 
 _KINDS = {"i": "sc:Integer", "u": "sc:Integer", "b": "sc:Boolean", "f": "sc:Float", "U": "sc:Text"}
-_LOADED = ("coco", "webdataset")  # formats of which a file beside this one says how they are loaded
+_SIZES = ("n<1K", "1K<n<10K", "10K<n<100K", "100K<n<1M", "1M<n<10M", "n>10M")  # Hugging Face's words
 
 
 def card(spec: Specification, form: str) -> str:
@@ -17,28 +17,18 @@ def card(spec: Specification, form: str) -> str:
 
     frames = spec.samples * spec.clip
     fields = [f"| `{name}` | {shape or 'one'} | {kind} |" for name, (kind, shape) in _fields(spec).items()]
-    loading = _text(f"loading_{form}.md") % {"last": f"{spec.shards - 1:06d}"} if form in _LOADED else ""
-    return _text("card.md") % {
-        "size": _size_category(spec.samples), "frames": f"{frames:,}", "samples": f"{spec.samples:,}", "form": form,
+    texts, many = files(__package__), _SIZES[min(max(len(str(spec.samples)) - 3, 0), 5)]
+    loading = texts.joinpath(f"loading_{form}.md")
+    how = loading.read_text(encoding="utf-8") % {"last": f"{spec.shards - 1:06d}"} if loading.is_file() else ""
+    return texts.joinpath("card.md").read_text(encoding="utf-8") % {
+        "size": many, "frames": f"{frames:,}", "samples": f"{spec.samples:,}", "form": form,
         "what": "single pictures" if spec.clip == 1 else f"clips of {spec.clip} frames at {spec.fps:g} Hz",
         "version": __version__, "models": ", ".join(spec.people.models), "spec": spec.json(),
-        "fields": "\n".join(fields), "loading": loading.rstrip(),
+        "fields": "\n".join(fields), "loading": how.rstrip(),
     }  # fmt: skip
-
-
-def _text(name: str) -> str:
-    return files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
 def _fields(spec: Specification) -> dict[str, tuple[str, tuple[int, ...]]]:
     """Type and shape of each field of a sample of `spec`."""
     sample = Sampler(spec).sample(0)
     return {name: (_KINDS[values.dtype.kind], np.shape(values)) for name, values in sample.items()}
-
-
-def _size_category(samples: int) -> str:
-    """Hugging Face's word for a number of samples."""
-    for power, (low, high) in enumerate((("1K", "10K"), ("10K", "100K"), ("100K", "1M"), ("1M", "10M")), 3):
-        if samples < 10 ** (power + 1):
-            return "n<1K" if samples < 1000 else f"{low}<n<{high}"
-    return "n>10M"

@@ -25,7 +25,7 @@ from motionenv.body.arm_reaching import RIGHT_ARM, reach
 from motionenv.envs.agents.action_adapter import Actions
 from motionenv.envs.base import Observation
 from motionenv.errors import MotionError
-from motionenv.likelihoods.background import cluttered, foreground_probability
+from motionenv.likelihoods.background import cluttered, foreground_probability, row_medians
 from motionenv.likelihoods.pixel_history import PixelHistory
 from motionenv.models.registry import load
 from motionenv.models.types import Walker
@@ -201,7 +201,8 @@ _AREA = 0.45  # [m²] typical area of a silhouette
 _CREDIBLE = 0.3, 2.0  # plausible range of a silhouette's area, relative to the typical one
 _AGREE = 1.4  # ratio of the two distances above which feet or head are hidden
 _UNSURE = 0.15  # standard deviation of a distance where they disagree, relative to it
-_SURE = 0.9  # foreground probability above which a pixel of a colour image counts
+_SURE = 0.9  # foreground probability above which a pixel before a plain wall counts
+_PLAIN = 8  # first pictures of a plain wall, which tells more by its rows' colours than by its history
 _SMALL = 12  # least pixels of a part of the foreground that may be somebody
 _ASIDE = 0.12  # [m] standard deviation of a silhouette's centre from the root, across the line of sight
 _START = 1.6, 1.0  # [m, m/s] standard deviation of where people start, and of their velocity
@@ -302,10 +303,10 @@ class SeenWalkers:
 
     def _foreground(self, slot: int, rgb: np.ndarray) -> np.ndarray:
         """Where (height, width) a picture `rgb` (height, width, 3) shows something before the scene."""
-        if self._scenes[slot].frames or cluttered(rgb):
-            return self._scenes[slot].observe(rgb) > 0.5
-        plain = np.broadcast_to(np.median(rgb, axis=1, keepdims=True), rgb.shape)
-        return foreground_probability(rgb, plain) > _SURE
+        seen = self._scenes[slot].observe(rgb) > 0.5
+        if self._scenes[slot].frames > _PLAIN or cluttered(rgb):
+            return seen
+        return foreground_probability(rgb, row_medians(rgb)) > _SURE
 
     def _correct(self, slot: int, foreground: np.ndarray) -> None:
         """Correct the state by the likeliest detection in a `foreground` (height, width), if it is credible."""
