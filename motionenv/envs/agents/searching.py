@@ -33,8 +33,8 @@ BEHIND = {"misses": 0.49, "false_alarms": 0.02, "hidden": 0.9}
 # how many last ones at most, how often from then on, and log evidence by which whoever is found must then be better.
 _LOOKS, _IN, _AGAIN, _BETTER = (3, 6, 12, 24), 36, 18, 10.0
 _IN_CLUTTER = 0.15  # as _DISTANCES: passers-by are farther away, or nearer
-_FEW = 8  # frames in which somebody else is searched for when a passer-by has walked out of the picture
-_MIDDLE = 1.0  # [m] height of the middle of a body
+_FEW, _MIDDLE = 8, 1.0  # frames in which somebody else is searched for when one is given up; [m] a body's middle
+_FAR = 0.65  # farthest log of a distance, relative to the world's origin's, at which somebody isn't something else
 
 
 def anywhere(x: float, y: float) -> Start:
@@ -96,9 +96,8 @@ class ClutterTrack:
 
     Until somebody is found, he is somewhere about the origin. As each picture tells more about the background, the last
     ones are looked at anew every now and then: who was followed is followed through them again, and replaced by whom a
-    search in them finds if he explains them better. Who walks out of the picture was a passer-by.
-
-    Each of `models` searches; the one that explains the pictures best is kept.
+    search in them finds if he explains them better; each of `models` searches. Who leaves the picture, or is believed
+    far from where people walk, was a passer-by.
     """
 
     def __init__(self, tracker: ParticleFilter, models: list[SilhouetteLikelihood], rng: np.random.Generator) -> None:
@@ -113,7 +112,7 @@ class ClutterTrack:
         mask = self._history.observe(rgb)
         self.belief = self.filter.step(mask=mask if self._found else np.full(mask.shape, 0.5))
         self._recent.append((rgb, self.belief))
-        gone = self._found and not self._in_view(self.belief)
+        gone = self._found and not self._plausible(self.belief)
         if gone:
             self._give_up()
         if gone or self._history.frames in _LOOKS or self._history.frames % _AGAIN == 0:
@@ -152,7 +151,7 @@ class ClutterTrack:
                 new.likelihood = deepcopy(model)
                 new.start(start, kept)
                 anew = [new.step(**frame) for frame in frames]
-                if (evidence := _evidence(anew)) > least and self._in_view(anew[-1]):
+                if (evidence := _evidence(anew)) > least and self._plausible(anew[-1]):
                     self.filter, beliefs, least, self._found = new, anew, evidence, True
         self.belief = beliefs[-1]
         self._recent = deque(zip(pictures, beliefs, strict=True), maxlen=_IN)
@@ -160,10 +159,11 @@ class ClutterTrack:
             self._settled = True
             vars(self.filter.likelihood).update(followed(self.filter.likelihood))
 
-    def _in_view(self, belief: Belief) -> bool:
-        camera = self._models[0].camera
+    def _plausible(self, belief: Belief) -> bool:
+        camera, centre = self._models[0].camera, self._models[0].camera.centre[:2]
         pixels, depths = camera.project(np.array([[*belief.mean[:2], _MIDDLE]]))
-        return bool(depths[0] > 0 and 0 <= pixels[0, 0] + 0.5 < camera.width)
+        away, usual = np.log(np.maximum(np.linalg.norm([belief.mean[:2] - centre, centre], axis=1), 0.1))
+        return bool(depths[0] > 0 and 0 <= pixels[0, 0] + 0.5 < camera.width and abs(away - usual) < _FAR)
 
 
 def _evidence(beliefs: list[Belief]) -> float:
