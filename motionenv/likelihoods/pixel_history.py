@@ -16,11 +16,10 @@ from motionenv.likelihoods.background import DARK, LEAST_NOISE, TO_DEVIATION, pi
 
 # Chosen by the log loss of 24 episodes of WalkerTracking-Hard's split "train"; half or twice as much hardly matters.
 _SHARE = 0.01  # of pixels that show something that passes, before anything is known
-_STAYS = 15.0  # frames for which it is seen at a pixel
 _LASTS = 0.7  # probability that its colour is that of the frame before
 _COLOURS, _ALIKE = 3, 4.0  # at a pixel that may be its background; standard deviations within which they are the same
 _CHANGES = 1e-100  # least probability that a background hasn't been seen: one that changes is learned in 5 to 10 s
-_SMOOTHED = 50  # frames over which the noise is averaged
+_STAYS, _SMOOTHED = 15.0, 50  # frames for which it is seen at a pixel; frames over which the noise is averaged
 
 
 class PixelHistory:
