@@ -62,15 +62,14 @@ class Background:
 
     It is the median, per pixel, of the last `frames` images in which the body didn't cover the pixel, according to
     `learn`. Before the first call of that, and for a panning camera, it is each row's median colour: right for plain
-    walls and skies, else poor, as large residuals reveal; NaN in still clutter, of which `PixelHistory` knows more.
+    walls and skies, else poor, as large residuals reveal. Of still clutter, `PixelHistory` knows more.
 
     Args:
         frames: number of images kept per pixel.
-        still: False for a panning camera.
     """
 
-    def __init__(self, frames: int = 31, *, still: bool = True) -> None:
-        self.frames, self.still = checked_whole(frames, "frames", 1), still
+    def __init__(self, frames: int = 31) -> None:
+        self.frames = checked_whole(frames, "frames", 1)
         self._last: np.ndarray | None = None
         self._count: np.ndarray | None = None  # (height, width) samples ever stored
 
@@ -121,7 +120,7 @@ class Background:
         if self._last is None:
             raise MotionError("no image has been observed yet: call observe(rgb) first")
         if self._count is None:
-            return np.where(self.still and _colourful(self._last), np.nan, row_medians(self._last))
+            return row_medians(self._last).copy()
         middle = np.minimum(self._count, self.frames)[..., None, None] // 2
         median = np.take_along_axis(np.sort(self._samples, axis=-1), middle, axis=-1)[..., 0]
         return _plain_filled(np.where(self._count[..., None] > 0, median, np.nan))
@@ -134,11 +133,9 @@ def row_medians(rgb: np.ndarray) -> np.ndarray:
 
 def cluttered(rgb: np.ndarray) -> bool:
     """Whether a picture, uint8 `rgb`, has rows too colourful, or too much before them, to tell its background."""
-    return _colourful(rgb) or bool(np.mean(foreground_probability(rgb, row_medians(rgb)) > 0.9) > _FILLED)
-
-
-def _colourful(rgb: np.ndarray) -> bool:
-    return bool(np.median(np.abs(rgb - row_medians(rgb))) > _COLOURFUL)
+    rows = row_medians(rgb)
+    colourful = np.median(np.abs(rgb - rows)) > _COLOURFUL
+    return bool(colourful or np.mean(foreground_probability(rgb, rows) > 0.9) > _FILLED)
 
 
 def _plain_filled(background: np.ndarray) -> np.ndarray:

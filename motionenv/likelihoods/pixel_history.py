@@ -49,7 +49,7 @@ class PixelHistory:
         return np.minimum(self._unseen + self._covered.sum(axis=1), 1.0).reshape(self._shape[:2])
 
     def foreground(self, rgb: np.ndarray) -> np.ndarray:
-        """As `observe` returns, for an earlier picture, given all that is known now."""
+        """As `observe` returns, for an earlier picture `rgb`, given all that is known now."""
         if self.frames < 2:
             return np.full(self._shape[:2], _SHARE)
         shown = (1 - _SHARE) * self._shows(self._lit(picture(rgb)))

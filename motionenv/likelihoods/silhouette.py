@@ -121,7 +121,7 @@ class SilhouetteLikelihood(ImageLikelihood):
         self.forget()
 
     def forget(self) -> None:
-        self._background = Background(still=self.still)
+        self._background = Background()
         self._foreground: np.ndarray | None = None
         self._depth: np.ndarray | None = None
         self._odds: tuple[np.ndarray, float] | None = None

@@ -50,7 +50,7 @@ HOME = {
     "OpenGL": {"render"},
     "pyglet": {"render"},
     "av": {"render"},
-    "PIL": {"render", "data"},
+    "PIL": {"_core", "render", "data"},
     "matplotlib": {"_core", "lifting", "models"},
     "sklearn": {"_core"},
     "gymnasium": {"envs"},

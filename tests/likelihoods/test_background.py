@@ -71,18 +71,6 @@ def test_misuse_is_named(misuse, message):
         misuse()
 
 
-@pytest.mark.parametrize("still", [True, False])
-def test_nothing_is_known_of_a_still_camera_s_clutter_before_somebody_tells_where_the_body_is(still):
-    model = Background(still=still)
-    for i in range(3):
-        picture, _, mask = scene(2 + 5 * i, seed=i)
-        model.observe(picture)
-        assert np.isnan(model.estimate()).all() == still
-        assert (foreground_probability(picture, model.estimate()) == 0.5).all() == still
-    model.learn(mask)
-    np.testing.assert_array_equal(np.isnan(model.estimate()[..., 0]), mask)
-
-
 def test_what_a_body_covers_never_becomes_background():
     """Somebody hardly moves: a history of pictures takes him for background, one that is told doesn't."""
     told, untold = Background(frames=15), PixelHistory()
