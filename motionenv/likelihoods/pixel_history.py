@@ -16,10 +16,10 @@ from motionenv.likelihoods.background import DARK, LEAST_NOISE, TO_DEVIATION, pi
 
 # Chosen by the log loss of 24 episodes of WalkerTracking-Hard's split "train"; half or twice as much hardly matters.
 _SHARE = 0.01  # of pixels that show something that passes, before anything is known
-_LASTS = 0.7  # probability that its colour is that of the frame before
+_STAYS, _LASTS = 15.0, 0.7  # frames for which it is seen at a pixel; probability that its colour is the last frame's
 _COLOURS, _ALIKE = 3, 4.0  # at a pixel that may be its background; standard deviations within which they are the same
+_SMOOTHED = 50  # frames over which the noise is averaged
 _CHANGES = 1e-100  # least probability that a background hasn't been seen: one that changes is learned in 5 to 10 s
-_STAYS, _SMOOTHED = 15.0, 50  # frames for which it is seen at a pixel; frames over which the noise is averaged
 
 
 class PixelHistory:
@@ -52,7 +52,7 @@ class PixelHistory:
         """As `observe` returns, for an earlier picture `rgb`, given all that is known now."""
         if self.frames < 2:
             return np.full(self._shape[:2], _SHARE)
-        shown = (1 - _SHARE) * self._shows(self._lit(picture(rgb)))
+        shown = (1 - _SHARE) * self._shows(self._apart(self._lit(picture(rgb))))
         passing = ((self._bare + self._covered) * _SHARE / (_SHARE + shown)).sum(axis=1)
         return np.minimum(self._unseen + passing, 1.0).reshape(self._shape[:2])
 
@@ -74,10 +74,11 @@ class PixelHistory:
         self._variance += (variance - self._variance) / min(self.frames, _SMOOTHED)
         passing = _LASTS * _density((change**2).sum(axis=-1) / 2 / self._variance, 2 * self._variance) + (1 - _LASTS)
         leaves, comes = 1 / _STAYS, _SHARE / (1 - _SHARE) / _STAYS
-        bare = self._shows(colours) * ((1 - comes) * self._bare + leaves * self._covered)
+        apart = self._apart(colours)
+        bare = self._shows(apart) * ((1 - comes) * self._bare + leaves * self._covered)
         covered = passing[:, None] * (comes * self._bare + (1 - leaves) * self._covered)
         # Where nothing has shown the background, this may: a colour that was seen before, or a new one.
-        apart = np.where(self._seen > 0, self._apart(colours), np.inf)
+        apart[self._seen == 0] = np.inf
         known = apart.min(axis=1) < _ALIKE**2
         rows, at = np.arange(len(colours)), np.where(known, apart.argmin(axis=1), np.argmin(bare + covered, axis=1))
         bare[rows, at], covered[rows, at] = bare[rows, at] * known + leaves * self._unseen, covered[rows, at] * known
@@ -96,9 +97,9 @@ class PixelHistory:
         bright = background > DARK
         return colours / np.median(colours[bright] / background[bright]) if bright.any() else colours
 
-    def _shows(self, colours: np.ndarray) -> np.ndarray:
-        """Densities (pixels, colours) of the `colours` shown, where each of a pixel's known ones is the background."""
-        return _density(self._apart(colours), self._variance) / self._wider() ** 1.5
+    def _shows(self, apart: np.ndarray) -> np.ndarray:
+        """Densities (pixels, colours) of pictures `apart` from a pixel's known colours, if each is the background."""
+        return _density(apart, self._variance) / self._wider() ** 1.5
 
     def _apart(self, colours: np.ndarray) -> np.ndarray:
         """Squared distances of `colours` from a pixel's known ones, in variances of their difference."""

@@ -125,7 +125,7 @@ class Kalman(_Baseline):
 
 
 class Blob(Kalman):
-    """As `Kalman`, but from the last frame of `env` alone: it remembers nothing.
+    """As `Kalman`, but from the last frame of `env` alone: of earlier ones it remembers only the empty scene.
 
     Raises:
         MotionError: as of `Kalman`.

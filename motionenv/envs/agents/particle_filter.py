@@ -67,7 +67,7 @@ class TrackingAgent:
         start: callable (unwrapped env, slot) that gives the first pose, such as `truth_start`; None searches pictures:
             in the first one, and better once 4, 12 and 36 have come. A walker is searched for in any case when lost,
             and when masks are explained badly, in case the wrong motion was followed. In cluttered colours before a
-            still camera, the search begins with the eighth picture; until he is found, he is about the origin.
+            still camera, the search begins with the third picture; until he is found, he is about the origin.
         seed: int or Generator.
         threads: of the default likelihood; None is one per core. The same seed says the same with any number.
 
