@@ -28,7 +28,7 @@ _SHOWN = 30  # particles shown in the film
 def track(
     out: Annotated[Path, typer.Option(help="Film of the track: .mp4, .gif or .webp.")],
     env: Annotated[str | None, typer.Option(
-        help="Environment: walker, arm, or an id such as motionenv/WalkerTracking-Hard-v1.")] = None,
+        help="Environment: walker, arm, or an id such as motionenv/WalkerTracking-Hard-v2.")] = None,
     video: Annotated[Path | None, typer.Option(
         help="Video to track instead: somebody who walks, a static camera.")] = None,
     camera: Annotated[Path | None, typer.Option(help="Camera of the video (.json, .toml); by default guessed.")] = None,

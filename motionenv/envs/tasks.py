@@ -1,6 +1,6 @@
 """Named tasks: every family of environments at three levels, on which agents are compared.
 
-`gymnasium.make("motionenv/WalkerTracking-Hard-v1", split="train")` makes one for training; `settings` are those of an
+`gymnasium.make("motionenv/WalkerTracking-Hard-v2", split="train")` makes one for training; `settings` are those of an
 evaluation, and `motionenv.envs.agents.score` runs it:
 
 - "train": walkers for training and for choosing an agent's settings.
@@ -42,31 +42,23 @@ class Task(NamedTuple):
     reward_threshold: float | None = None
 
 
-#: By environment: what all levels have in common ("common"), what is out of distribution ("ood"), and the levels.
+#: By environment: what all levels have in common, what is out of distribution ("ood"), and the levels, with what
+#: `motionenv bench envs.tasks.thresholds` prints, and a version of their own if they changed since the environment did.
 _FAMILIES = tomllib.loads(files(__package__).joinpath("tasks.toml").read_text(encoding="utf-8"))
-#: Versions of tasks that changed since their environments did. ArmTracking's v2: the camera goes blind.
-_VERSIONS = {"ArmTracking": "v2"}
-#: Reward thresholds, made by `motionenv bench envs.tasks.thresholds`.
-_THRESHOLDS = {
-    "WalkerTracking-Easy": -12.0, "WalkerTracking-Medium": -14.0, "WalkerTracking-Hard": -17.0,
-    **dict.fromkeys(("MarkerTracking-Easy", "MarkerTracking-Medium", "MarkerTracking-Hard"), -2.0),
-    **dict.fromkeys(("ArmTracking-Easy", "ArmTracking-Medium", "ArmTracking-Hard"), -2.3),
-}  # fmt: skip
 
 
 def _tasks() -> dict[str, Task]:
     made = {}
     for env, tables in _FAMILIES.items():
         common, ood, levels = _arguments(tables["common"]), _arguments(tables["ood"]), tables["levels"]
-        family, version = env.split("-")
+        family, usual = env.split("-")
         for level, changed in levels.items():
-            name, version = f"{family}-{level}", _VERSIONS.get(family, version)
-            task, full = f"motionenv/{name}-{version}", f"motionenv/{name}-Full-{version}"
-            of = Task(f"motionenv/{env}", common | _arguments(changed), ood, full, _THRESHOLDS.get(name))
-            if family == "ActiveTracking":
-                made[task] = of._replace(full=None)
-            else:
-                made |= {task: of, full: of._replace(settings={**of.settings, "observation": "joints"})}
+            version, threshold = changed.pop("version", usual), changed.pop("reward_threshold", None)
+            task, full = f"motionenv/{family}-{level}-{version}", f"motionenv/{family}-{level}-Full-{version}"
+            made[task] = Task(f"motionenv/{env}", common | _arguments(changed), ood, None, threshold)
+            if family != "ActiveTracking":
+                made[task] = made[task]._replace(full=full)
+                made[full] = made[task]._replace(settings={**made[task].settings, "observation": "joints"})
     return made
 
 
@@ -115,6 +107,5 @@ def register() -> None:
     for name, entry_point in ENVIRONMENTS.items():
         gymnasium.register(name, entry_point=entry_point, vector_entry_point=f"{entry_point}Vector")
     for name, task in TASKS.items():
-        entry_point = ENVIRONMENTS[task.env]
-        vector, kwargs = f"{entry_point}Vector", dict(task.settings)
-        gymnasium.register(name, entry_point, task.reward_threshold, vector_entry_point=vector, kwargs=kwargs)
+        entry, threshold = ENVIRONMENTS[task.env], task.reward_threshold
+        gymnasium.register(name, entry, threshold, vector_entry_point=f"{entry}Vector", kwargs=dict(task.settings))

@@ -12,7 +12,7 @@ from benchmarks.envs.tasks.networks import Learned, Network  # noqa: E402
 
 
 @pytest.mark.parametrize("task", [
-    "MarkerTracking-Easy-v1", "WalkerTracking-Easy-v1", "WalkerTracking-Hard-v1", "ArmTracking-Hard-Full-v2"
+    "MarkerTracking-Easy-v1", "WalkerTracking-Easy-v1", "WalkerTracking-Hard-v2", "ArmTracking-Hard-Full-v2"
 ])  # fmt: skip
 @pytest.mark.parametrize("remembers", [False, True])
 def test_an_agent_sees_the_past_of_its_episode_only(task, remembers):

@@ -77,7 +77,7 @@ def test_by_default_an_arm_is_followed_and_a_level_by_its_id(run, tmp_path):
 
 
 def test_who_is_lost_in_an_environment_is_said(run, tmp_path):
-    result = run("track", "--env", "motionenv/WalkerTracking-Hard-v1", "--tracker", "constant-velocity", "--frames", 12,
+    result = run("track", "--env", "motionenv/WalkerTracking-Hard-v2", "--tracker", "constant-velocity", "--frames", 12,
                  "--particles", 20, "--out", "hard.gif")  # fmt: skip
     assert result.code == 3
     assert "LOST in " in result.err

@@ -91,14 +91,34 @@ def test_tasks_and_splits_that_there_are_not_are_refused():
         settings(next(iter(TASKS)), motion="folder")
 
 
-@pytest.mark.parametrize(("level", "share"), [("Easy", 1.0), ("Medium", 0.93), ("Hard", 0.93)])
+@pytest.mark.parametrize(("level", "share"), [("Easy-v1", 1.0), ("Medium-v1", 0.93), ("Hard-v2", 0.93)])
 def test_walkers_can_be_seen_most_of_the_time_and_the_less_the_harder_it_is(level, share):
     envs = gymnasium.make_vec(
-        f"motionenv/WalkerTracking-{level}-v1", num_envs=32, split="train", observation="mask", noise=0.0
+        f"motionenv/WalkerTracking-{level}", num_envs=32, split="train", observation="mask", noise=0.0
     )
     envs.reset(seed=300)
     seen = [(envs.step(envs.action_space.sample())[0] > 0).sum(axis=(1, 2, 3)) >= 5 for _ in range(90)]
     assert share - 0.02 <= np.mean(seen) <= min(1.0, share + 0.05)
+
+
+def test_nobody_passes_in_the_first_second_of_hard():
+    task, apart = "motionenv/WalkerTracking-Hard-v2", 0
+    for seed in range(12):
+        shown = {"observation": ("mask", "depth"), "occluders": 0, "split": "train"}
+        env, before = gymnasium.make(task, **shown), gymnasium.make(task, **shown, alone=0)
+        seen, _ = env.reset(seed=seed)
+        others = []
+        for _ in range(90):
+            others.append(((seen["depth"] < 20) & (seen["mask"] == 0)).any())
+            seen, *_ = env.step(env.action_space.sample())
+        assert not any(others[:30])
+        assert any(others[30:])
+        before.reset(seed=seed)
+        for _ in range(90):
+            before.step(before.action_space.sample())
+        np.testing.assert_array_equal(env.unwrapped.truth()["joints"], before.unwrapped.truth()["joints"])
+        apart += others[30] != others[59]
+    assert apart > 3  # they come at different times
 
 
 ID = "motionenv/WalkerTracking-v1"

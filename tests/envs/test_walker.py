@@ -54,6 +54,7 @@ REFUSED = {
     "occluders": [{"occluders": 1.5}],
     "noise": [{"noise": -1.0}],
     "brightness": [{"brightness": 1.0}],
+    "alone must be a number of seconds": [{"alone": -1.0}, {"alone": np.inf}],
     "estimate must be one of pose, joints, belief": [{"estimate": "guess"}],
     "n_belief must be a whole number of poses from 1 to 4096": [{"n_belief": 0}, {"n_belief": 4097}],
     "actions must be one of normalised, metric": [{"actions": "raw"}],

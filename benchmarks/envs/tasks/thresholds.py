@@ -3,7 +3,7 @@
     motionenv bench envs.tasks.thresholds [--episodes 256]
 
 Between the mean pose's mean return and the oracle's, over episodes of the fully observable twins, which draw nothing.
-`motionenv.envs.tasks` holds what this prints, rounded to two digits.
+`motionenv/envs/tasks.toml` holds what this prints, rounded to two digits.
 """
 
 import gymnasium

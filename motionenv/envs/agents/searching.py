@@ -112,10 +112,10 @@ class ClutterTrack:
         mask = self._history.observe(rgb)
         self.belief = self.filter.step(mask=mask if self._found else np.full(mask.shape, 0.5))
         self._recent.append((rgb, self.belief))
-        gone = self._found and not self._plausible(self.belief)
-        if gone:
+        if self._history.frames in _LOOKS or self._history.frames % _AGAIN == 0:
+            self._look(mask)
+        if self._found and not self._plausible(self.belief):
             self._give_up()
-        if gone or self._history.frames in _LOOKS or self._history.frames % _AGAIN == 0:
             self._look(mask)
         return self.belief
 

@@ -113,6 +113,7 @@ class PictureArguments(SimulatedArguments):
     camera: str | float = "side"
     background: str = "plain"
     distractors: int = 0
+    alone: float = 0.0
     occluders: int = 0
     noise: float = 0.0
     brightness: float = 0.0
@@ -142,7 +143,8 @@ class PictureArguments(SimulatedArguments):
 
     def world(self, n: int) -> PictureWorld:
         sense = PictureSettings(self.observation, self.size)
-        scenery = Augmentation(self.background, self.distractors, self.occluders, self.noise, self.brightness)
+        things = self.distractors, self.occluders
+        scenery = Augmentation(self.background, *things, self.noise, self.brightness, alone=self.alone)
         frames = episode_frames(self.horizon)
         reading = (self.file_fps, self.unit, self.motion_seed, self.person)
         source = self.source(self.motion, self.split, frames, self.fps, self.speed, self.height, *reading)

@@ -44,6 +44,7 @@ class Augmentation:
         noise: standard deviation of the sensor's Gaussian noise [grey levels of 0 to 255].
         brightness: relative amplitude of slow changes of the light, from 0 to below 1.
         people: whether there are people among the distractors.
+        alone: seconds for which a still camera sees no distractor; all come before twice that time. 0 is no such rule.
     """
 
     background: str = "plain"
@@ -52,6 +53,7 @@ class Augmentation:
     noise: float = 0.0
     brightness: float = 0.0
     people: bool = True
+    alone: float = 0.0
 
     def __post_init__(self) -> None:
         if self.background not in BACKGROUNDS:
@@ -60,6 +62,7 @@ class Augmentation:
             object.__setattr__(self, name, checked_whole(getattr(self, name), name, 0, 100))
         checked_number(self.noise, "noise", 0, 255, "grey levels")
         checked_number(self.brightness, "brightness", 0, below=1)
+        checked_number(self.alone, "alone", 0, 3600, "seconds")
 
 
 class Augmenter:
@@ -194,10 +197,13 @@ class Augmenter:
         wide = high / 2 if person else high * rng.uniform(0.6, 1.5)
         speed = rng.uniform(0.7, 1.6) * rng.choice((-1, 1))
         first = int(rng.integers(PEOPLE)) * PHASES if person else OBJECTS["carts"][int(rng.integers(8))]
-        period = self.width + wide + rng.uniform(0, self.width)
+        shown, unseen = self.width + wide, abs(speed) * metre * self.choice.alone
+        period = shown + max(rng.uniform(0, self.width), 2 * unseen)
+        phase, share = rng.random(2)
+        coming = (1 + share) * unseen
+        x = share * period if not unseen else period - coming if speed > 0 else shown + coming
         return np.array([
-            first, PHASES if person else 1, abs(speed) / 1.35 / self.fps, rng.random(),
-            rng.uniform(0, period), speed * metre / self.fps, period,
+            first, PHASES if person else 1, abs(speed) / 1.35 / self.fps, phase, x, speed * metre / self.fps, period,
             self.height / 2 + metre * _EYE - high, wide, high, z, speed < 0, rng.uniform(0.7, 1.0), 1,
         ])  # fmt: skip
 

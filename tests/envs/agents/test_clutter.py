@@ -58,7 +58,7 @@ def test_nobody_is_found_in_pictures_of_nothing():
 @pytest.mark.parametrize("seed", [2001, 2023])
 def test_nobody_is_followed_out_of_the_picture_or_far_from_where_people_walk(seed):
     """Without these bounds, a passer-by was: by twenty pixels and more, and at a third of the walker's distance."""
-    env = gymnasium.make("motionenv/WalkerTracking-Hard-v1", split="train")
+    env = gymnasium.make("motionenv/WalkerTracking-Hard-v2", split="train", alone=0)
     _, beliefs, _ = played(env, seed, n=300)
     camera = env.unwrapped.truth()["camera"]
     for belief in beliefs:

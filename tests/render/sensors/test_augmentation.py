@@ -153,6 +153,22 @@ def test_distractors_walk_through_behind_and_in_front(bodies):
     assert depth[there].min() > 0.5 * 4.5
 
 
+def test_distractors_come_after_the_time_alone_and_before_twice_as_much(bodies):
+    made = scenery(Augmentation(distractors=1, alone=1.5), n=100, fps=20.0)
+    depths = (compose(made, bodies(100, blank=True), time=t).depth for t in range(400))
+    there = np.array([(depth < FAR).any(axis=(1, 2)) for depth in depths])
+    first = there.argmax(axis=0)
+    assert there.any(axis=0).all()
+    assert first.min() >= 30
+    assert first.max() <= 60 + 4  # the slowest and farthest need some frames to fill half a pixel
+    assert np.ptp(first) > 20
+    entered = compose(made, bodies(100, blank=True), time=first.astype(float)).depth < FAR
+    columns = entered.any(axis=1)
+    assert (columns[:, 0] | columns[:, -1]).all()  # from a side
+    assert 30 < columns[:, 0].sum() < 70
+    assert 0.3 < there[200:].mean() < 0.95  # and they come again
+
+
 def test_a_panning_camera_sees_the_photograph_move_left(bodies):
     made = scenery(Augmentation("clutter"), n=4)
     start, later = (compose(made, bodies(4, blank=True), pan=p).rgb.astype(int) for p in (0.0, 7.0))
@@ -292,6 +308,7 @@ def test_odd_sizes_are_fine(size):
         ({"noise": float("nan")}, "noise"),
         ({"noise": "much"}, "noise"),
         ({"brightness": 1.0}, "brightness must be a number at least 0 and below 1"),
+        ({"alone": -1.0}, "alone must be .* seconds.* got -1"),
     ],
 )
 def test_refuses_impossible_choices(bad, message):
