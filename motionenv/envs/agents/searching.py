@@ -33,6 +33,7 @@ BEHIND = {"misses": 0.49, "false_alarms": 0.02, "hidden": 0.9}
 # how many last ones at most, how often from then on, and log evidence by which whoever is found must then be better.
 _LOOKS, _IN, _AGAIN, _BETTER = (3, 6, 12, 24), 36, 18, 10.0
 _IN_CLUTTER = 0.15  # as _DISTANCES: passers-by are farther away, or nearer
+_HIDDEN = BEHIND | {"hidden": 0.7}  # more takes many in plain view for somebody nearer whose legs are hidden
 _FEW, _MIDDLE = 8, 1.0  # frames in which somebody else is searched for when one is given up; [m] a body's middle
 _FAR = 0.65  # farthest log of a distance, relative to the world's origin's, at which somebody isn't something else
 
@@ -94,14 +95,15 @@ def followed(likelihood: Any) -> dict[str, float]:
 class ClutterTrack:
     """One episode of a walker in colours before a still camera and a background that nobody has seen.
 
-    Until somebody is found, he is somewhere about the origin. As each picture tells more about the background, the last
-    ones are looked at anew every now and then: who was followed is followed through them again, and replaced by whom a
-    search in them finds if he explains them better; each of `models` searches. Who leaves the picture, or is believed
-    far from where people walk, was a passer-by.
+    Until somebody is found, he is about the origin. Every now and then, the last pictures are seen anew by what is now
+    known of the background, and whoever explains them best is followed: who was before, or whom a search finds with one
+    of the `models`, of people in plain view and behind things. Who leaves the picture, or is believed far from where
+    people walk, was a passer-by.
     """
 
     def __init__(self, tracker: ParticleFilter, models: list[SilhouetteLikelihood], rng: np.random.Generator) -> None:
         self.filter, self._models, self._rng = tracker, models, rng
+        vars(models[-1]).update(_HIDDEN)
         self.belief: Belief | None = None
         self._history, self._found, self._settled = PixelHistory(), False, False
         self._recent: deque[tuple[np.ndarray, Belief]] = deque(maxlen=_IN)
@@ -129,10 +131,7 @@ class ClutterTrack:
         self._recent[-1] = rgb, self.belief
 
     def _look(self, mask: np.ndarray) -> None:
-        """Follow whoever explains the last pictures best: who was followed, or who a search finds.
-
-        `mask` (height, width) is the foreground of the last one.
-        """
+        """Follow whoever explains the last pictures best, the last one by its foreground `mask` (height, width)."""
         pictures, beliefs = map(list, zip(*self._recent, strict=True))
         frames = [{"mask": self._history.foreground(rgb)} for rgb in pictures[:-1]] + [{"mask": mask}]
         kept = self.filter.beliefs[: -len(frames)] if self._history.frames > len(frames) else None
@@ -146,7 +145,7 @@ class ClutterTrack:
             self.filter = old
         for model in [self.filter.likelihood] if self._settled else self._models:
             seen, new = cast(ImageLikelihood, copy(model)), copy(self.filter)
-            vars(seen).update(BEHIND if self._settled else {})
+            vars(seen).update(_HIDDEN if self._settled else {})
             if start := find(seen, frames, new.prior, None, self._rng, _IN_CLUTTER):
                 new.likelihood = deepcopy(model)
                 new.start(start, kept)
