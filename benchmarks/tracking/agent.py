@@ -61,7 +61,7 @@ class Case(NamedTuple):
     prior: Callable | None = None
 
 
-MEDIUM, HARD = (TASKS[f"motionenv/WalkerTracking-{level}-v1"].settings for level in ("Medium", "Hard"))
+MEDIUM, HARD = (TASKS[f"motionenv/WalkerTracking-{level}"].settings for level in ("Medium-v1", "Hard-v2"))
 UNSEEN = TASKS["motionenv/WalkerTracking-Medium-v1"].ood  # people and camera of every task's "ood"
 CASES = {
     "default, automatic start": Case({}),

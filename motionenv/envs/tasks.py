@@ -8,7 +8,7 @@ evaluation, and `motionenv.envs.agents.score` runs it:
 - "ood": smaller and faster people, moved by another model, in front of another camera. With a folder of motion capture
   as `motion`, its people who are for evaluation instead.
 
-A task in which only estimates count has a twin, `motionenv/WalkerTracking-Hard-Full-v1`, that shows the true joints in
+A task in which only estimates count has a twin, `motionenv/WalkerTracking-Hard-Full-v2`, that shows the true joints in
 the same episodes: the difference between an agent's scores is what not seeing costs. Its `reward_threshold` is the
 return at a normalised return of 0.9 on split "train" (`motionenv.envs.agents.score`): a tenth of the mean pose's.
 """

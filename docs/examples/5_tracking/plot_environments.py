@@ -15,14 +15,14 @@ import motionenv.envs
 gymnasium.register_envs(motionenv.envs)
 
 figure, axes = plt.subplots(3, 6, figsize=(9, 4.8), layout="constrained")
-for row, level in zip(axes, ("Easy", "Medium", "Hard"), strict=True):
-    with gymnasium.make(f"motionenv/WalkerTracking-{level}-v1") as env:
+for row, level in zip(axes, ("Easy-v1", "Medium-v1", "Hard-v2"), strict=True):
+    with gymnasium.make(f"motionenv/WalkerTracking-{level}") as env:
         seen, _ = env.reset(seed=3)
         for axis in row:
             axis.imshow(seen, cmap="gray")
             axis.set(xticks=[], yticks=[])
             for _ in range(12):
                 seen, *_ = env.step(env.action_space.sample())
-    row[0].set_ylabel(level)
+    row[0].set_ylabel(level.split("-")[0])
 for i, axis in enumerate(axes[0]):
     axis.set_title(f"{12 * i / 30:.1f} s", fontsize="medium")
