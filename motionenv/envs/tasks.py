@@ -54,10 +54,10 @@ def _tasks() -> dict[str, Task]:
         family, usual = env.split("-")
         for level, changed in levels.items():
             version, threshold = changed.pop("version", usual), changed.pop("reward_threshold", None)
-            task, full = f"motionenv/{family}-{level}-{version}", f"motionenv/{family}-{level}-Full-{version}"
-            made[task] = Task(f"motionenv/{env}", common | _arguments(changed), ood, None, threshold)
-            if family != "ActiveTracking":
-                made[task] = made[task]._replace(full=full)
+            task = f"motionenv/{family}-{level}-{version}"
+            full = None if family == "ActiveTracking" else f"motionenv/{family}-{level}-Full-{version}"
+            made[task] = Task(f"motionenv/{env}", common | _arguments(changed), ood, full, threshold)
+            if full:
                 made[full] = made[task]._replace(settings={**made[task].settings, "observation": "joints"})
     return made
 

@@ -106,7 +106,7 @@ class WalkerTracking(SimulatedTracking):
       the walker is small, and "depth" misses a body beyond 20 m; use "follow" for these.
     - `background="plain"`: or "clutter", or a folder of photographs.
     - `distractors=0`, `occluders=0`: numbers of passing people and objects, and of occluding objects.
-    - `alone=0`: with seconds, distractors come into a static camera's view after that time and before twice as much.
+    - `alone=0`: seconds after which distractors come into a static camera's view, before twice as many; 0 for any time.
     - `noise=0`, `brightness=0`: standard deviation of the noise in grey levels of 255, and relative variation of the
       light. Both affect "rgb" only; "mask" and "depth" are exact.
     - `gaps=0`, `gap_seconds=0.3`: fraction of the time that the camera shows nothing, and the mean duration of such a

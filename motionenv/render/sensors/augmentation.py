@@ -44,7 +44,7 @@ class Augmentation:
         noise: standard deviation of the sensor's Gaussian noise [grey levels of 0 to 255].
         brightness: relative amplitude of slow changes of the light, from 0 to below 1.
         people: whether there are people among the distractors.
-        alone: seconds for which a still camera sees no distractor; all come before twice that time. 0 is no such rule.
+        alone: seconds after which distractors come into a still camera's view, before twice that time; 0 for any time.
     """
 
     background: str = "plain"
@@ -197,13 +197,13 @@ class Augmenter:
         wide = high / 2 if person else high * rng.uniform(0.6, 1.5)
         speed = rng.uniform(0.7, 1.6) * rng.choice((-1, 1))
         first = int(rng.integers(PEOPLE)) * PHASES if person else OBJECTS["carts"][int(rng.integers(8))]
-        shown, unseen = self.width + wide, abs(speed) * metre * self.choice.alone
-        period = shown + max(rng.uniform(0, self.width), 2 * unseen)
+        step, shown, alone = speed * metre / self.fps, self.width + wide, self.choice.alone * self.fps
+        period = shown + max(rng.uniform(0, self.width), 2 * alone * abs(step))
         phase, share = rng.random(2)
-        coming = (1 + share) * unseen
-        x = share * period if not unseen else period - coming if speed > 0 else shown + coming
+        # Anywhere on its path, or so that it reaches the picture's edge after one to two times `alone` frames.
+        x = (0 if step > 0 else shown) - (1 + share) * alone * step if alone else share * period
         return np.array([
-            first, PHASES if person else 1, abs(speed) / 1.35 / self.fps, phase, x, speed * metre / self.fps, period,
+            first, PHASES if person else 1, abs(speed) / 1.35 / self.fps, phase, x, step, period,
             self.height / 2 + metre * _EYE - high, wide, high, z, speed < 0, rng.uniform(0.7, 1.0), 1,
         ])  # fmt: skip
 

@@ -4,7 +4,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from motionenv.envs.agents import TrackingAgent, truth_start
+from motionenv.envs.agents import TrackingAgent, searching, truth_start
 from motionenv.envs.walker import WalkerTracking
 from motionenv.likelihoods.background import cluttered
 from motionenv.tracking import Belief
@@ -55,10 +55,14 @@ def test_nobody_is_found_in_pictures_of_nothing():
     assert belief.lost
 
 
-@pytest.mark.parametrize("seed", [2001, 2023])
-def test_nobody_is_followed_out_of_the_picture_or_far_from_where_people_walk(seed):
-    """Without these bounds, a passer-by was: by twenty pixels and more, and at a third of the walker's distance."""
-    env = gymnasium.make("motionenv/WalkerTracking-Hard-v2", split="train", alone=0)
+@pytest.mark.parametrize(("seed", "alone", "hidden"), [(2001, 0, 0.7), (2023, 0, 0.7), (2001, 1, 0.9)])
+def test_nobody_is_followed_out_of_the_picture_or_far_from_where_people_walk(seed, alone, hidden, monkeypatch):
+    """Without these bounds, a passer-by was: by twenty pixels and more, and at a third of the walker's distance.
+
+    The last one left the picture as its last frames were seen anew.
+    """
+    monkeypatch.setitem(searching._HIDDEN, "hidden", hidden)
+    env = gymnasium.make("motionenv/WalkerTracking-Hard-v2", split="train", alone=alone)
     _, beliefs, _ = played(env, seed, n=300)
     camera = env.unwrapped.truth()["camera"]
     for belief in beliefs:
